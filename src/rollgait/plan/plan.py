@@ -1,0 +1,198 @@
+"""A plan: what was asked, what was found, and how. Frozen; samples, judges, saves and loads itself."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from dataclasses import asdict, dataclass, field, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rollgait.errors import FileError, InputError
+from rollgait.files import replacing
+from rollgait.plan.samples import Samples
+from rollgait.plan.trajectory import Trajectory
+from rollgait.robot.robot import Robot
+from rollgait.scenario.scenario import Scenario
+from rollgait.scenario.schedule import ContactSchedule
+
+if TYPE_CHECKING:
+    from rollgait.plan.certificate import Certificate
+
+FORMAT_VERSION = 1
+"""Version of the file format; a file with another one is refused."""
+
+_PREFIX = "trajectory/"
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """How a plan was found.
+
+    Attributes:
+        transcription: name of the transcription.
+        solver: name of the solver.
+        solved: whether the solver converged. Only then may the plan be called a success.
+        status: the solver's own word.
+        iterations: its iterations.
+        build_time: from the scenario to a solver that is ready, s.
+        solve_time: in the solver, s.
+        cost: total cost J.
+        costs: J term by term, by the name of the term.
+        variables: number of variables of the NLP.
+        constraints: number of its constraints.
+        violation: largest violation of a constraint, in the scaling of the solver.
+        worst: which constraint that is, where and when, as one line ("" if none is violated).
+    """
+
+    transcription: str
+    solver: str
+    solved: bool
+    status: str
+    iterations: int
+    build_time: float
+    solve_time: float
+    cost: float
+    costs: dict[str, float] = field(default_factory=dict)
+    variables: int = 0
+    constraints: int = 0
+    violation: float = 0.0
+    worst: str = ""
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any]) -> Statistics:
+        """The inverse of `dataclasses.asdict`."""
+        return cls(**{f.name: data[f.name] for f in fields(cls) if f.name in data})
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A planned motion.
+
+    Attributes:
+        robot: the robot it is for.
+        scenario: what was asked, with every default spelled out.
+        schedule: which foot is on the ground when.
+        trajectory: the motion as a function of time.
+        statistics: how it was found.
+    """
+
+    robot: Robot
+    scenario: Scenario
+    schedule: ContactSchedule
+    trajectory: Trajectory
+    statistics: Statistics
+
+    @property
+    def solved(self) -> bool:
+        """Whether the solver converged."""
+        return self.statistics.solved
+
+    @property
+    def horizon(self) -> float:
+        """T, s."""
+        return self.schedule.horizon
+
+    def sample(self, time: ArrayLike) -> Samples:
+        """The motion at one or more times, exact to the solution's polynomials.
+
+        Args:
+            time: s, a number or an array of shape (n,), within [0, T].
+
+        Raises:
+            InputError: a time lies outside the horizon or is not finite.
+        """
+        times = np.atleast_1d(np.asarray(time, dtype=float))
+        outside = times[~((times >= -1e-9) & (times <= self.horizon + 1e-9))]
+        if outside.size:
+            raise InputError(
+                "time", float(outside[0]), f"must lie within the horizon [0, {self.horizon:.6g}] s"
+            )
+        samples = self.trajectory.sample(np.clip(times, 0.0, self.horizon), self.robot)
+        return samples.at(0) if np.ndim(time) == 0 else samples
+
+    def sample_every(self, rate: float) -> Samples:
+        """The motion at a fixed rate, both ends included.
+
+        Args:
+            rate: samples per second, Hz.
+        """
+        if not (np.isfinite(rate) and rate > 0.0):
+            raise InputError("rate", rate, "must be a positive number of samples per second (Hz)")
+        return self.sample(np.append(np.arange(0.0, self.horizon - 1e-9, 1.0 / rate), self.horizon))
+
+    def certificate(self) -> Certificate:
+        """Judges the plan by code that shares nothing with the optimiser (computed once)."""
+        return self._certificate
+
+    @cached_property
+    def _certificate(self) -> Certificate:
+        from rollgait.plan.certificate import certify
+
+        return certify(self)
+
+    # -- files --------------------------------------------------------------------------------------------------
+
+    def save(self, path: str | Path) -> Path:
+        """Writes the plan as one .npz file (the suffix is added if it is missing); returns its path."""
+        target = Path(path)
+        if target.suffix != ".npz":
+            target = target.with_name(target.name + ".npz")
+        header = {
+            "format": "rollgait-plan",
+            "version": FORMAT_VERSION,
+            "kind": self.trajectory.kind,
+            "robot": self.robot.model_dump(mode="json"),
+            "scenario": self.scenario.to_dict(),
+            "statistics": asdict(self.statistics),
+        }
+        arrays: dict[str, NDArray[Any]] = {_PREFIX + name: a for name, a in self.trajectory.arrays().items()}
+        with replacing(target) as temporary, temporary.open("wb") as stream:
+            np.savez_compressed(
+                stream,
+                header=np.array(json.dumps(header)),
+                contact=self.schedule.contact,
+                interval=np.array(self.schedule.interval),
+                **arrays,
+            )
+        return target
+
+    @classmethod
+    def load(cls, path: str | Path) -> Plan:
+        """Reads a plan; runs no code from the file and needs no solver.
+
+        Raises:
+            FileError: the file is missing, is no plan, or has a version that is not known here.
+        """
+        name = str(path)
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                arrays = {key: data[key] for key in data.files}
+            header = json.loads(str(arrays.pop("header")))
+        except OSError as error:
+            reason = error.strerror or "it is not a plan"
+            raise FileError("plan", name, f"cannot be read: {reason}") from None
+        except (ValueError, KeyError, EOFError, zipfile.BadZipFile, TypeError):
+            raise FileError("plan", name, "is not a plan that rollgait saved") from None
+        if not isinstance(header, dict) or header.get("format") != "rollgait-plan":
+            raise FileError("plan", name, "is not a plan that rollgait saved")
+        if header.get("version") != FORMAT_VERSION:
+            rule = f"has format version {header.get('version')}; this rollgait knows version {FORMAT_VERSION}"
+            raise FileError("plan", name, rule)
+        try:
+            trajectory = Trajectory.registry[header["kind"]].from_arrays(
+                {key.removeprefix(_PREFIX): a for key, a in arrays.items() if key.startswith(_PREFIX)}
+            )
+            return cls(
+                robot=Robot.model_validate(header["robot"]),
+                scenario=Scenario.model_validate(header["scenario"]),
+                schedule=ContactSchedule(arrays["contact"], float(arrays["interval"])),
+                trajectory=trajectory,
+                statistics=Statistics.from_dict(header["statistics"]),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise FileError("plan", name, f"is damaged: {str(error).splitlines()[0]}") from None

@@ -1,0 +1,191 @@
+"""The robot as the planner sees it: one rigid body and four feet. Frozen data, SI units, no behaviour.
+
+The base frame has its origin at the centre of mass (CoM) and the axes of the base link (x forward, y left, z up).
+The legs come always in the order FL, FR, HL, HR (front/hind, left/right).
+"""
+
+from __future__ import annotations
+
+from typing import Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+
+from rollgait.config import Config, Positive, PositiveVector3, Range, Vector3
+
+LegName = Literal["FL", "FR", "HL", "HR"]
+LEG_NAMES: Final[tuple[LegName, ...]] = ("FL", "FR", "HL", "HR")
+"""Order of the legs everywhere: front left, front right, hind left, hind right."""
+
+FootKind = Literal["steerable", "fixed", "point"]
+"""`steerable`: a wheel that rolls along a heading it can turn. `fixed`: a wheel whose heading is that of the base.
+`point`: stands still on the ground. All move freely in swing, the steerable one along its heading."""
+
+GRAVITY = 9.81
+"""Standard of this package, m/s² (the paper's value); acts along −z of the world."""
+
+
+class Inertia(Config):
+    """Inertia tensor about the CoM in base axes, kg·m². It is constant in the base frame, not in the world."""
+
+    xx: Positive
+    yy: Positive
+    zz: Positive
+    xy: float = 0.0
+    xz: float = 0.0
+    yz: float = 0.0
+
+    def matrix(self) -> NDArray[np.float64]:
+        """I_B, shape (3, 3), kg·m²."""
+        return np.array(
+            [[self.xx, self.xy, self.xz], [self.xy, self.yy, self.yz], [self.xz, self.yz, self.zz]]
+        )
+
+    @model_validator(mode="after")
+    def _is_that_of_a_body(self) -> Inertia:
+        a, b, c = np.linalg.eigvalsh(self.matrix())
+        if a <= 0.0 or a + b < c * (1.0 - 1e-9):
+            raise ValueError(
+                f"must be the inertia of a body: its principal moments {a:.3g}, {b:.3g}, {c:.3g} kg·m² must be "
+                "positive and none may exceed the sum of the two others"
+            )
+        return self
+
+
+class Limb(Config):
+    """What the `executable` profile knows of the joints behind a steerable foot.
+
+    The leg hangs on a vertical hip_yaw axis and moves in a vertical plane that stands beside that axis. With ρ the
+    horizontal distance from the axis to the contact point, d the offset of the plane and v the vertical distance
+    from the hip pitch axis to the ankle pitch axis, the leg's extension e obeys e² = ρ² − d² + v².
+    """
+
+    hip: Vector3
+    """Where the hip_yaw axis crosses the height of the hip pitch axis, from the CoM, base frame, m."""
+    plane_offset: float
+    """d: signed offset of the leg's plane from the hip_yaw axis, positive to the left, m."""
+    direction: Literal[-1, 1]
+    """+1 if the leg extends forward of the hip axis in its plane, −1 if backward."""
+    ankle_height: Positive
+    """Height of the ankle pitch axis above the contact point when the wheel is upright, m."""
+    extension: Range
+    """Smallest and largest distance e from the hip pitch axis to the ankle pitch axis, m."""
+    radius_min: Positive
+    """Smallest horizontal distance ρ from the hip_yaw axis to the contact point, m."""
+    hip_yaw: Range
+    """Position limits of the hip_yaw joint, rad."""
+    steering_joint: Range
+    """Position limits of the joint that steers the wheel (ankle_yaw), rad."""
+
+
+class Leg(Config):
+    """A leg: its foot and the limits of it."""
+
+    foot: FootKind
+    """Kind of the foot."""
+    stance: Vector3
+    """p̄: nominal contact point from the CoM, base-yaw frame, m."""
+    wheel_radius: Positive | None = None
+    """R, m; none for a point foot."""
+    heading: float = 0.0
+    """Of a fixed wheel: its constant heading in the base-yaw frame, rad."""
+    steering: Range = (-np.pi / 2, np.pi / 2)
+    """Range of σ − θz that holds over the whole box, rad."""
+    steering_rate_max: Positive = 2.0
+    """Limit of |σ̇|, rad/s."""
+    speed_max: Positive = 1.0
+    """Limit of the rolling speed |v|, m/s."""
+    force_max: Positive
+    """Limit of the normal contact force, N."""
+    limb: Limb | None = None
+    """Figures of the joints, for the executable profile."""
+
+    @model_validator(mode="after")
+    def _is_complete(self) -> Leg:
+        if self.foot != "point" and self.wheel_radius is None:
+            raise ValueError(f"must have a wheel_radius, as its foot is {self.foot}")
+        if self.stance[2] >= 0.0:
+            raise ValueError("must have its stance below the CoM: stance z < 0")
+        return self
+
+
+class Legs(Config):
+    """The four legs by name."""
+
+    FL: Leg
+    FR: Leg
+    HL: Leg
+    HR: Leg
+
+
+class Robot(Config):
+    """A quadruped as a single rigid body with four feet."""
+
+    name: str
+    """Name under which a scenario asks for it."""
+    description: str = ""
+    """One line for people."""
+    mass: Positive
+    """m, kg."""
+    inertia: Inertia
+    """I_B about the CoM, base axes, kg·m²."""
+    box: PositiveVector3
+    """b: half-sizes of the box about p̄ in which a foot may be, base-yaw frame, m."""
+    legs: Legs
+    """The four legs."""
+
+    @model_validator(mode="after")
+    def _can_stand(self) -> Robot:
+        heights = self.stance[:, 2]
+        if np.ptp(heights) > 1e-6:
+            raise ValueError("must have the nominal contact points of all legs at one height")
+        if np.any(self.static_forces() <= 0.0):
+            raise ValueError("must stand: the CoM must lie inside the nominal support polygon")
+        return self
+
+    @property
+    def leg_list(self) -> tuple[Leg, Leg, Leg, Leg]:
+        """The legs in the order FL, FR, HL, HR."""
+        return (self.legs.FL, self.legs.FR, self.legs.HL, self.legs.HR)
+
+    @property
+    def stance(self) -> NDArray[np.float64]:
+        """p̄ of all legs, shape (4, 3), m."""
+        return np.array([leg.stance for leg in self.leg_list])
+
+    @property
+    def height(self) -> float:
+        """Height of the CoM above the ground in the nominal stance, m."""
+        return float(-self.stance[:, 2].mean())
+
+    @property
+    def inertia_matrix(self) -> NDArray[np.float64]:
+        """I_B, shape (3, 3), kg·m²."""
+        return self.inertia.matrix()
+
+    @property
+    def weight(self) -> float:
+        """m g, N."""
+        return self.mass * GRAVITY
+
+    def static_forces(self, p_foot_base: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """Normal forces that balance the standing robot, shape (4,), N: those of smallest norm.
+
+        Args:
+            p_foot_base: contact points from the CoM, shape (4, 3), m; the nominal stance if not given. With fewer
+                than four feet on the ground pass only those, shape (n, 3).
+        """
+        p = self.stance if p_foot_base is None else np.asarray(p_foot_base)
+        balance = np.vstack([np.ones(len(p)), p[:, 0], p[:, 1]])
+        return np.asarray(np.linalg.lstsq(balance, np.array([self.weight, 0.0, 0.0]), rcond=None)[0])
+
+    def with_feet(self, foot: FootKind) -> Robot:
+        """The same robot with all feet of another kind (e.g. `point` where the wheels are locked)."""
+        data = self.model_dump()
+        for leg in data["legs"].values():
+            leg["foot"] = foot
+        return Robot.model_validate(data)
+
+
+__all__ = ["GRAVITY", "LEG_NAMES", "FootKind", "Inertia", "Leg", "LegName", "Legs", "Limb", "Robot"]

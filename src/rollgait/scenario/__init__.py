@@ -1,0 +1,24 @@
+"""What is asked: scenarios, gaits, ground, weights and bounds."""
+
+from rollgait.scenario.gait import Crawl, Drive, Schedule
+from rollgait.scenario.ground import FlatGround
+from rollgait.scenario.library import find_scenario, scenario_names
+from rollgait.scenario.scenario import Goal, LaterGoal, Scenario, Start
+from rollgait.scenario.schedule import ContactSchedule
+from rollgait.scenario.weights import Bounds, Weights
+
+__all__ = [
+    "Bounds",
+    "ContactSchedule",
+    "Crawl",
+    "Drive",
+    "FlatGround",
+    "Goal",
+    "LaterGoal",
+    "Scenario",
+    "Schedule",
+    "Start",
+    "Weights",
+    "find_scenario",
+    "scenario_names",
+]

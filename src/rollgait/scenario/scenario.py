@@ -1,0 +1,266 @@
+"""What is asked of the robot: start, goal, time, gait, ground, weights and bounds. Frozen data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator, model_validator
+
+from rollgait.config import Config, NonNegative, Positive, dump_yaml, load_yaml, set_key, validate
+from rollgait.errors import InputError
+from rollgait.robot.library import find_robot
+from rollgait.robot.robot import LEG_NAMES, Robot
+from rollgait.scenario.gait import Drive, Gait
+from rollgait.scenario.ground import Ground
+from rollgait.scenario.profile import PROFILES, ProfileName
+from rollgait.scenario.schedule import ContactSchedule, put_on_mesh
+from rollgait.scenario.weights import Bounds, Weights
+
+
+class Headings(Config):
+    """Headings of the wheels relative to the base, degrees."""
+
+    FL: float = 0.0
+    FR: float = 0.0
+    HL: float = 0.0
+    HR: float = 0.0
+
+
+class Start(Config):
+    """Where the robot stands at t = 0, at rest, level, its feet at their nominal places."""
+
+    x: float = 0.0
+    """x of the CoM, m."""
+    y: float = 0.0
+    """y of the CoM, m."""
+    yaw_deg: float = 0.0
+    """Yaw of the base, degrees."""
+    heading_deg: Headings = Headings()
+    """σ − θz of the wheels, degrees."""
+
+
+class LaterGoal(Config):
+    """A goal that takes over at a time."""
+
+    at: NonNegative
+    """From when on this is the goal, s."""
+    x: float
+    """x of the CoM, m."""
+    y: float = 0.0
+    """y of the CoM, m."""
+    yaw_deg: float = 0.0
+    """Yaw of the base, degrees; not reduced: 360 is a full turn."""
+
+
+class Goal(Config):
+    """Where the robot is wanted."""
+
+    x: float
+    """x of the CoM, m."""
+    y: float = 0.0
+    """y of the CoM, m."""
+    yaw_deg: float = 0.0
+    """Yaw of the base, degrees; not reduced: 360 is a full turn."""
+    then: tuple[LaterGoal, ...] = ()
+    """Goals that take over later, in the order of time."""
+
+    @model_validator(mode="after")
+    def _in_order(self) -> Self:
+        times = [later.at for later in self.then]
+        if any(b <= a for a, b in zip(times, times[1:], strict=False)):
+            raise ValueError(f"must have the times of its later goals in rising order, not {times}")
+        return self
+
+
+class Scenario(Config):
+    """A motion to be planned. Build it in Python, from a mapping, a YAML file, or the library by name."""
+
+    description: str = ""
+    """One line for people."""
+    robot: str | Robot
+    """Name of a robot in the library, path of a robot's YAML file, or the robot itself."""
+    start: Start = Start()
+    """Where the robot stands at t = 0."""
+    goal: Goal
+    """Where it is wanted; may switch over time."""
+    horizon: Positive = 10.0
+    """T, s."""
+    interval: Positive = 0.1
+    """h, s; the horizon is cut into round(T / h) equal intervals."""
+    profile: ProfileName = "executable"
+    """Table of default weights and bounds: `paper` or `executable`."""
+    gait: Gait = Field(default_factory=Drive)
+    """Which foot is on the ground when."""
+    ground: Ground = Ground()
+    """What the robot stands on."""
+    weights: Weights = Weights()
+    """Weights of the costs."""
+    bounds: Bounds = Bounds()
+    """Bounds of the constraints."""
+
+    # -- construction -------------------------------------------------------------------------------------------
+
+    @classmethod
+    def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
+        """The scenario in a mapping (as a YAML file holds it). Raises `InputError`."""
+        scenario = validate(cls, data)
+        scenario.check()
+        return scenario
+
+    @classmethod
+    def from_yaml(cls, path: str | Path) -> Scenario:
+        """The scenario in a YAML file. Raises `FileError` or `InputError`."""
+        return cls.from_dict(load_yaml(Path(path)))
+
+    @field_validator("gait", mode="before")
+    @classmethod
+    def _gait_by_name(cls, value: Any) -> Any:
+        if isinstance(value, Mapping) and "kind" not in value:
+            raise ValueError("must say its kind: drive, crawl or schedule")
+        return {"kind": value} if isinstance(value, str) else value
+
+    def with_values(self, values: Mapping[str, Any]) -> Scenario:
+        """A copy with dotted keys set, e.g. `{"goal.x": 1.5, "profile": "paper"}`. Raises `InputError`."""
+        data = self.to_dict()
+        for key, value in values.items():
+            set_key(data, key, value)
+        return type(self).from_dict(data)
+
+    # -- what follows from it -----------------------------------------------------------------------------------
+
+    @cached_property
+    def body(self) -> Robot:
+        """The robot's data; with point feet where the gait locks the wheels."""
+        robot = find_robot(self.robot) if isinstance(self.robot, str) else self.robot
+        return robot.with_feet("point") if self.gait.wheels == "locked" else robot
+
+    @cached_property
+    def schedule(self) -> ContactSchedule:
+        """The contact schedule on the mesh."""
+        return put_on_mesh(self.gait, self.horizon, self.interval)
+
+    def goal_at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Goal pose (x, y, z of the CoM in m; yaw, pitch, roll in rad) at times (s, shape (n,)), shape (n, 6)."""
+        goals = [(-np.inf, self.goal), *((later.at, later) for later in self.goal.then)]
+        begins = np.array([begin for begin, _ in goals])
+        poses = np.array([[g.x, g.y, self.height, np.radians(g.yaw_deg), 0.0, 0.0] for _, g in goals])
+        return np.asarray(poses[np.searchsorted(begins, times, side="right") - 1])
+
+    @property
+    def height(self) -> float:
+        """Nominal height of the CoM in the world, m."""
+        return self.ground.height + self.body.height
+
+    def value_of(self, group: str, name: str) -> Any:
+        """A weight or bound: the scenario's own value, else the profile's default, else None."""
+        own = getattr(getattr(self, group), name)
+        return PROFILES[self.profile][group].get(name) if own is None else own
+
+    def resolved(self) -> Scenario:
+        """The same scenario with every default of its profile spelled out."""
+        data = self.to_dict()
+        for group in ("weights", "bounds"):
+            data[group] = {
+                name: self.value_of(group, name) for name in type(getattr(self, group)).model_fields
+            }
+        return type(self).model_validate(data)
+
+    def to_dict(self) -> dict[str, Any]:
+        """The scenario as plain data."""
+        return self.model_dump(mode="json")
+
+    def to_yaml(self) -> str:
+        """The scenario as YAML text."""
+        return dump_yaml(_without_none(self.to_dict()))
+
+    # -- rules that need the robot ------------------------------------------------------------------------------
+
+    def check(self) -> None:
+        """Raises `InputError` where the scenario contradicts itself or the robot."""
+        _ = self.schedule
+        self._check_steering()
+        self._check_goal_distance()
+
+    def speed_max(self, leg: int) -> float:
+        """Limit of |v| of a foot in stance: the smaller of the scenario's and the robot's, m/s."""
+        return _smallest(self.value_of("bounds", "speed_max"), self.body.leg_list[leg].speed_max)
+
+    def steering_range(self, leg: int) -> tuple[float, float]:
+        """Range of σ − θz of a foot, rad."""
+        own = self.bounds.steering_deg
+        low, high = np.radians(own) if own is not None else self.body.leg_list[leg].steering
+        return float(low), float(high)
+
+    def start_headings(self) -> NDArray[np.float64]:
+        """σ − θz at the start, shape (4,), rad (a fixed wheel has its own)."""
+        asked = np.radians(list(self.start.heading_deg.model_dump().values()))
+        return np.array(
+            [
+                leg.heading if leg.foot == "fixed" else a
+                for leg, a in zip(self.body.leg_list, asked, strict=True)
+            ]
+        )
+
+    def _check_steering(self) -> None:
+        for leg, name in enumerate(LEG_NAMES):
+            if self.body.leg_list[leg].foot != "steerable":
+                continue
+            low, high = np.degrees(self.steering_range(leg))
+            angle = getattr(self.start.heading_deg, name)
+            if not low - 1e-9 <= angle <= high + 1e-9:
+                raise InputError(
+                    f"start.heading_deg.{name}",
+                    angle,
+                    f"must lie in the steering range [{low:.4g}, {high:.4g}] deg",
+                )
+
+    def _check_goal_distance(self) -> None:
+        """The CoM cannot get further than the feet roll at full speed and the boxes lean, and step by step."""
+        box = self.bounds.box or self.body.box
+        lean = 2.0 * float(np.hypot(box[0], box[1]))
+        pose, begin = np.array([self.start.x, self.start.y]), 0.0
+        legs = [(f"goal.then.{k}", g) for k, g in enumerate(self.goal.then)]
+        for (field, goal), end in zip(
+            [("goal", self.goal), *legs], [*(g.at for _, g in legs), self.horizon], strict=True
+        ):
+            if end > self.horizon:
+                raise InputError(f"{field}.at", end, f"must lie within the horizon of {self.horizon} s")
+            target = np.array([goal.x, goal.y])
+            distance = float(np.linalg.norm(target - pose))
+            reach = self._farthest(begin, end) + lean
+            if distance > reach:
+                raise InputError(
+                    field,
+                    [goal.x, goal.y],
+                    f"must be within {reach:.3g} m, which the speed limits allow in {end - begin:.4g} s; "
+                    f"it is {distance:.3g} m away",
+                )
+            pose, begin = target, end
+
+    def _farthest(self, begin: float, end: float) -> float:
+        """How far the slowest foot that must come along can get, m."""
+        contact, step = self.schedule.contact, self.schedule.interval
+        window = slice(round(begin / step), round(end / step))
+        swing_speed = float(self.value_of("bounds", "swing_speed_max"))
+        distances = []
+        for leg, data in enumerate(self.body.leg_list):
+            stance_time = float(contact[leg, window].sum()) * step
+            swing_time = float((~contact[leg, window]).sum()) * step
+            rolling = 0.0 if data.foot == "point" else self.speed_max(leg)
+            distances.append(stance_time * rolling + swing_time * swing_speed)
+        return min(distances)
+
+
+def _smallest(*values: float | None) -> float:
+    return min(value for value in values if value is not None)
+
+
+def _without_none(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {key: _without_none(value) for key, value in data.items() if value is not None}
+    return data
