@@ -1,30 +1,63 @@
-"""Reading and writing of YAML, and validation whose errors are one sentence.
+"""Data that users write: its base class, its kinds of numbers, and reading and writing it as YAML.
 
-The only place that touches ruamel.yaml, and the only one that turns a pydantic error into an `InputError`.
-ruamel.yaml and not PyYAML because the latter reads `1e-3` as a string.
+The only place that touches ruamel.yaml; ruamel.yaml and not PyYAML because the latter reads `1e-3` as a
+string. What is wrong with the data becomes one sentence in `explain.py`.
 """
 
 from __future__ import annotations
 
 import io
-import math
+import warnings
 from collections.abc import Mapping
+from numbers import Integral, Real
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Strict, ValidationError
 from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
+from ruamel.yaml.error import YAMLError, YAMLWarning
 
-from rollgait.errors import FileError, InputError, nearest_first
+from rollgait.errors import FileError, InputError
+from rollgait.explain import explain
 
 
 class Config(BaseModel):
-    """Base of all data that users write: immutable, no unknown keys, no NaN, no numbers in quotes."""
+    """Base of all data that users write: immutable, no unknown keys, no NaN, no numbers in quotes.
+
+    Raises:
+        InputError: on construction, with the first thing that is wrong.
+    """
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True, use_attribute_docstrings=True
     )
+
+    if not TYPE_CHECKING:  # a type checker shall see the fields as arguments
+
+        def __init__(self, **data: Any) -> None:
+            try:
+                super().__init__(**data)
+            except ValidationError as error:
+                raise explain(type(self), error) from None
+
+        # Without this mark pydantic would build nested data through here, and an error would lose its place.
+        __init__.__pydantic_base_init__ = True
+
+
+def _number(value: Any) -> float:
+    """Pydantic alone would take "1.5" and true for numbers."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise ValueError("must be a number")
+    try:
+        return float(value)
+    except OverflowError:
+        raise ValueError("must be a finite number") from None
+
+
+def _whole(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise ValueError("must be a whole number")
+    return int(value)
 
 
 def _positive(value: float) -> float:
@@ -45,11 +78,14 @@ def _ordered(value: tuple[float, float]) -> tuple[float, float]:
     return value
 
 
-Positive = Annotated[float, AfterValidator(_positive)]
-NonNegative = Annotated[float, AfterValidator(_non_negative)]
-Vector3 = tuple[float, float, float]
+Number = Annotated[float, BeforeValidator(_number)]
+Whole = Annotated[int, BeforeValidator(_whole)]
+Flag = Annotated[bool, Strict()]
+Positive = Annotated[Number, AfterValidator(_positive)]
+NonNegative = Annotated[Number, AfterValidator(_non_negative)]
+Vector3 = tuple[Number, Number, Number]
 PositiveVector3 = tuple[Positive, Positive, Positive]
-Range = Annotated[tuple[float, float], AfterValidator(_ordered)]
+Range = Annotated[tuple[Number, Number], AfterValidator(_ordered)]
 """[smallest, largest]"""
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
@@ -60,14 +96,14 @@ def validate(model: type[ModelT], data: Mapping[str, Any], prefix: str = "") -> 
     try:
         return model.model_validate(data)
     except ValidationError as error:
-        raise _as_input_error(model, error, prefix) from None
+        raise explain(model, error, prefix) from None
 
 
 def load_yaml(path: Path) -> dict[str, Any]:
     """The mapping that a YAML file holds. Raises `FileError`."""
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it is not text"
         raise FileError("file", str(path), f"cannot be read: {reason}") from None
     return parse_yaml(text, str(path))
@@ -76,24 +112,43 @@ def load_yaml(path: Path) -> dict[str, Any]:
 def parse_yaml(text: str, origin: str) -> dict[str, Any]:
     """The mapping in a YAML text. Raises `FileError` naming `origin`."""
     try:
-        data = YAML(typ="safe", pure=True).load(text)
+        data = _read(text)
     except YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f" in line {mark.line + 1}" if mark is not None else ""
-        raise FileError(
-            "file", origin, f"is not valid YAML{where}: {getattr(error, 'problem', error)}"
-        ) from None
+        problem = getattr(error, "problem", None) or str(error)
+        raise FileError("file", origin, f"is not valid YAML{where}: {' '.join(problem.split())}") from None
     if not isinstance(data, dict):
         raise FileError("file", origin, "must hold a mapping of keys to values")
     return data
 
 
 def parse_value(text: str) -> Any:
-    """One value as YAML reads it: `1e-3`, `true`, `[1, 2]`, `crawl`."""
+    """One value as YAML reads it: `1e-3`, `true`, `[1, 2]`, `crawl`; what is not YAML is text."""
     try:
-        return YAML(typ="safe", pure=True).load(text)
+        return _read(text)
     except YAMLError:
         return text
+
+
+def parse_setting(text: str) -> tuple[str, Any]:
+    """The key and the value of `key=value`, as `--set` takes it. Raises `InputError`."""
+    key, equals, value = text.partition("=")
+    if not equals or not key.strip():
+        raise InputError("set", text, "must have the form key=value, e.g. goal.x=1.5")
+    return key.strip(), parse_value(value)
+
+
+def _read(text: str) -> Any:
+    """What a YAML text holds. Raises YAMLError and nothing else."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", YAMLWarning)
+            return YAML(typ="safe", pure=True).load(text)
+    except YAMLError:
+        raise
+    except Exception as error:  # ruamel raises what it meets: ValueError for the date 2001-99-99, and more
+        raise YAMLError(str(error) or type(error).__name__) from None
 
 
 def dump_yaml(data: Mapping[str, Any]) -> str:
@@ -108,96 +163,28 @@ def dump_yaml(data: Mapping[str, Any]) -> str:
 
 
 def set_key(data: dict[str, Any], key: str, value: Any) -> None:
-    """Sets the dotted `key` in nested mappings in place; a list index is a number: `goal.then.0.x`."""
+    """Sets the dotted `key` in nested mappings in place; a list index is a number: `goal.then.0.x`.
+
+    Raises `InputError` if the way to the key leads through a plain value or past the end of a list; whether
+    the key itself exists is for the validation to say.
+    """
     *path, last = key.split(".")
     node: Any = data
-    for name in path:
-        child = _child(node, name)
+    for depth, name in enumerate(path):
+        child = node[_index(node, name, key)] if isinstance(node, list) else node.get(name)
+        if child is None:
+            child = {}
         if not isinstance(child, dict | list):
-            child = {} if child is None else {"kind": child} if isinstance(child, str) else None
-            if child is None:
-                raise InputError(key, value, f"cannot be set: {name} is not a mapping")
-            node[name] = child
+            parent = ".".join(path[: depth + 1])
+            raise InputError(key, value, f"cannot be set: {parent} is {child!r}, which has no keys")
+        node[_index(node, name, key) if isinstance(node, list) else name] = child
         node = child
-    if isinstance(node, list):
-        node[_index(node, last, key)] = value
-    else:
-        node[last] = value
-
-
-def _child(node: Any, name: str) -> Any:
-    return node[_index(node, name, name)] if isinstance(node, list) else node.get(name)
+    node[_index(node, last, key) if isinstance(node, list) else last] = value
 
 
 def _index(node: list[Any], name: str, key: str) -> int:
-    if not name.isdigit() or int(name) >= len(node):
-        raise InputError(key, name, f"must be a number below {len(node)}")
+    places = [str(place) for place in range(len(node))]
+    if name not in places:
+        rule = "is not a place in this list" if places else "cannot be set: the list is empty"
+        raise InputError(key, name, rule, places)
     return int(name)
-
-
-def _as_input_error(model: type[BaseModel], error: ValidationError, prefix: str) -> InputError:
-    first = next((e for e in error.errors() if e["type"] == "extra_forbidden"), error.errors()[0])
-    location = [str(part) for part in first["loc"] if not str(part).endswith("]")]
-    field = ".".join(([prefix] if prefix else []) + location) or model.__name__
-    value, kind = first["input"], first["type"]
-    if kind == "extra_forbidden":
-        valid = _siblings(model, first["loc"])
-        return InputError(field, value, "is not a known key", nearest_first(location[-1], valid))
-    if kind == "missing":
-        return InputError(field, None, "is required")
-    if isinstance(value, float) and not math.isfinite(value):
-        return InputError(field, value, "must be a finite number")
-    message = first["msg"].removeprefix("Value error, ")
-    return InputError(field, value, _as_rule(message))
-
-
-def _as_rule(message: str) -> str:
-    if message.startswith("Input should be "):
-        return "must be " + message.removeprefix("Input should be ")
-    if message.startswith("Input should have "):
-        return "must have " + message.removeprefix("Input should have ")
-    return message[:1].lower() + message[1:] if message[:2].istitle() else message
-
-
-def _siblings(model: type[BaseModel], location: tuple[int | str, ...]) -> list[str]:
-    """The keys that are valid where the unknown one stands."""
-    current: Any = model
-    for part in location[:-1]:
-        current = _descend(current, part)
-        if current is None:
-            return []
-    return list(current.model_fields)
-
-
-def _descend(current: type[BaseModel], part: int | str) -> Any:
-    """The model behind a field, or behind a tag of a union of models; `current` itself for an index or key."""
-    field = current.model_fields.get(str(part))
-    candidates = _models_in(field.annotation) if field is not None else []
-    if len(candidates) == 1:
-        return candidates[0]
-    if candidates:
-        return _Union(candidates)
-    return current.tagged(part) if isinstance(current, _Union) else current
-
-
-class _Union:
-    """Stands for a tagged union while an error's location is followed through it."""
-
-    model_fields: dict[str, Any]
-
-    def __init__(self, models: list[type[BaseModel]]) -> None:
-        self.models = models
-        self.model_fields = {name: field for model in models for name, field in model.model_fields.items()}
-
-    def tagged(self, tag: int | str) -> Any:
-        for model in self.models:
-            kind = model.model_fields.get("kind")
-            if kind is not None and kind.default == tag:
-                return model
-        return self
-
-
-def _models_in(annotation: Any) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [model for argument in getattr(annotation, "__args__", ()) for model in _models_in(argument)]

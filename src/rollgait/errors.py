@@ -1,8 +1,8 @@
 """Every error that rollgait raises on purpose.
 
 One root, `RollgaitError`; each error carries what it knows (field, value, rule, choices, evidence), so that a
-program can act on it and the command line can print it as one sentence. `exit_status` is what the command line
-returns: 1 not solved or not passed, 2 wrong input.
+program can act on it and the command line can print it as one sentence. `exit_status` is what the command
+line returns: 1 not solved or not passed, 2 wrong input.
 """
 
 from __future__ import annotations
@@ -10,6 +10,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import SequenceMatcher
 from typing import Any
+
+
+class _Missing:
+    def __repr__(self) -> str:
+        return "MISSING"
+
+
+MISSING = _Missing()
+"""Stands for the value of a field that was not given."""
 
 
 class RollgaitError(Exception):
@@ -23,7 +32,7 @@ class InputError(RollgaitError, ValueError):
 
     Attributes:
         field: dotted name of the field, e.g. `goal.x`.
-        value: the value that was given.
+        value: the value that was given, or `MISSING`.
         rule: the rule it breaks, worded to follow "… must …" or as a full clause.
         choices: the valid choices, nearest first, where there is a finite set of them.
     """
@@ -31,7 +40,8 @@ class InputError(RollgaitError, ValueError):
     def __init__(self, field: str, value: Any, rule: str, choices: Iterable[str] = ()) -> None:
         self.field, self.value, self.rule, self.choices = field, value, rule, tuple(choices)
         listed = f"; valid: {', '.join(self.choices)}" if self.choices else ""
-        super().__init__(f"{field}: {_shown(value)} {rule}{listed}")
+        shown = "" if value is MISSING else f"{_shown(value)} "
+        super().__init__(f"{field}: {shown}{rule}{listed}")
 
 
 class UnknownNameError(InputError):
@@ -65,9 +75,8 @@ class MissingExtraError(RollgaitError):
 
 def nearest_first(name: str, choices: Iterable[str]) -> list[str]:
     """The choices, sorted by their likeness to `name`, the most alike first."""
-    return sorted(
-        choices, key=lambda choice: -SequenceMatcher(None, str(name).lower(), choice.lower()).ratio()
-    )
+    wanted = str(name).lower()
+    return sorted(choices, key=lambda choice: -SequenceMatcher(None, wanted, choice.lower()).ratio())
 
 
 def _shown(value: Any) -> str:

@@ -1,7 +1,7 @@
 """The robot as the planner sees it: one rigid body and four feet. Frozen data, SI units, no behaviour.
 
-The base frame has its origin at the centre of mass (CoM) and the axes of the base link (x forward, y left, z up).
-The legs come always in the order FL, FR, HL, HR (front/hind, left/right).
+The base frame has its origin at the centre of mass (CoM) and the axes of the base link (x forward, y left,
+z up). The legs come always in the order FL, FR, HL, HR (front/hind, left/right).
 """
 
 from __future__ import annotations
@@ -12,29 +12,35 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from rollgait.config import Config, Positive, PositiveVector3, Range, Vector3
+from rollgait.config import Config, Number, Positive, PositiveVector3, Range, Vector3
 
 LegName = Literal["FL", "FR", "HL", "HR"]
 LEG_NAMES: Final[tuple[LegName, ...]] = ("FL", "FR", "HL", "HR")
 """Order of the legs everywhere: front left, front right, hind left, hind right."""
 
 FootKind = Literal["steerable", "fixed", "point"]
-"""`steerable`: a wheel that rolls along a heading it can turn. `fixed`: a wheel whose heading is that of the base.
-`point`: stands still on the ground. All move freely in swing, the steerable one along its heading."""
+"""`steerable`: a wheel that rolls along a heading it can turn. `fixed`: a wheel whose heading is that of the
+base. `point`: stands still on the ground. All move freely in swing, the steerable one along its heading."""
 
 GRAVITY = 9.81
 """Standard of this package, m/s² (the paper's value); acts along −z of the world."""
 
 
 class Inertia(Config):
-    """Inertia tensor about the CoM in base axes, kg·m². It is constant in the base frame, not in the world."""
+    """Inertia tensor about the CoM in base axes, kg·m²: constant in the base frame, not in the world."""
 
     xx: Positive
+    """About x, kg·m²."""
     yy: Positive
+    """About y, kg·m²."""
     zz: Positive
-    xy: float = 0.0
-    xz: float = 0.0
-    yz: float = 0.0
+    """About z, kg·m²."""
+    xy: Number = 0.0
+    """Element of the matrix, −∫ x y dm, kg·m²."""
+    xz: Number = 0.0
+    """Element of the matrix, −∫ x z dm, kg·m²."""
+    yz: Number = 0.0
+    """Element of the matrix, −∫ y z dm, kg·m²."""
 
     def matrix(self) -> NDArray[np.float64]:
         """I_B, shape (3, 3), kg·m²."""
@@ -47,8 +53,8 @@ class Inertia(Config):
         a, b, c = np.linalg.eigvalsh(self.matrix())
         if a <= 0.0 or a + b < c * (1.0 - 1e-9):
             raise ValueError(
-                f"must be the inertia of a body: its principal moments {a:.3g}, {b:.3g}, {c:.3g} kg·m² must be "
-                "positive and none may exceed the sum of the two others"
+                f"must be the inertia of a body: its principal moments {a:.3g}, {b:.3g}, {c:.3g} kg·m² must "
+                "be positive and none may exceed the sum of the two others"
             )
         return self
 
@@ -56,14 +62,14 @@ class Inertia(Config):
 class Limb(Config):
     """What the `executable` profile knows of the joints behind a steerable foot.
 
-    The leg hangs on a vertical hip_yaw axis and moves in a vertical plane that stands beside that axis. With ρ the
-    horizontal distance from the axis to the contact point, d the offset of the plane and v the vertical distance
-    from the hip pitch axis to the ankle pitch axis, the leg's extension e obeys e² = ρ² − d² + v².
+    The leg hangs on a vertical hip_yaw axis and moves in a vertical plane that stands beside that axis. With
+    ρ the horizontal distance from the axis to the contact point, d the offset of the plane and v the vertical
+    distance from the hip pitch axis to the ankle pitch axis, the leg's extension e obeys e² = ρ² − d² + v².
     """
 
     hip: Vector3
     """Where the hip_yaw axis crosses the height of the hip pitch axis, from the CoM, base frame, m."""
-    plane_offset: float
+    plane_offset: Number
     """d: signed offset of the leg's plane from the hip_yaw axis, positive to the left, m."""
     direction: Literal[-1, 1]
     """+1 if the leg extends forward of the hip axis in its plane, −1 if backward."""
@@ -88,7 +94,7 @@ class Leg(Config):
     """p̄: nominal contact point from the CoM, base-yaw frame, m."""
     wheel_radius: Positive | None = None
     """R, m; none for a point foot."""
-    heading: float = 0.0
+    heading: Number = 0.0
     """Of a fixed wheel: its constant heading in the base-yaw frame, rad."""
     steering: Range = (-np.pi / 2, np.pi / 2)
     """Range of σ − θz that holds over the whole box, rad."""
@@ -114,9 +120,13 @@ class Legs(Config):
     """The four legs by name."""
 
     FL: Leg
+    """Front left."""
     FR: Leg
+    """Front right."""
     HL: Leg
+    """Hind left."""
     HR: Leg
+    """Hind right."""
 
 
 class Robot(Config):
@@ -173,8 +183,8 @@ class Robot(Config):
         """Normal forces that balance the standing robot, shape (4,), N: those of smallest norm.
 
         Args:
-            p_foot_base: contact points from the CoM, shape (4, 3), m; the nominal stance if not given. With fewer
-                than four feet on the ground pass only those, shape (n, 3).
+            p_foot_base: contact points from the CoM, shape (4, 3), m; the nominal stance if not given. With
+                fewer than four feet on the ground pass only those, shape (n, 3).
         """
         p = self.stance if p_foot_base is None else np.asarray(p_foot_base)
         balance = np.vstack([np.ones(len(p)), p[:, 0], p[:, 1]])

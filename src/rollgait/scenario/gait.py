@@ -1,18 +1,19 @@
-"""Gaits: which foot is on the ground when. A new gait is one class here-like in one file and its name in `Gait`.
+"""Gaits: which foot is on the ground when. A new gait is one class like those here and its name in `Gait`.
 
 A gait says in continuous time when each foot lifts off and touches down; `schedule.py` puts that on the mesh.
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Discriminator, Field, model_validator
 
-from rollgait.config import Config, NonNegative, Positive
+from rollgait.config import Config, NonNegative, Number, Positive, Whole
 from rollgait.robot.robot import LEG_NAMES, LegName
 
-Swing = tuple[float, float]
+Swing = tuple[Number, Number]
 """(lift-off, touch-down), s."""
 Swings = dict[LegName, tuple[Swing, ...]]
 
@@ -26,7 +27,7 @@ class BaseGait(Config):
     """z_fly: height of the foot above the ground in the middle of its swing, m."""
 
     def swings(self, horizon: float) -> Swings:
-        """Lift-off and touch-down times of each leg within `horizon` (s); raises ValueError if it does not fit."""
+        """Lift-off and touch-down times of each leg within `horizon` (s); ValueError if it does not fit."""
         raise NotImplementedError
 
 
@@ -45,11 +46,11 @@ class Crawl(BaseGait):
 
     kind: Literal["crawl"] = "crawl"
     """Kind of the gait."""
-    steps: Annotated[int, Field(ge=1)] = 8
+    steps: Annotated[Whole, Field(ge=1, le=1000)] = 8
     """Number of steps of all feet together."""
     order: tuple[LegName, ...] = ("HR", "FR", "HL", "FL")
     """Order in which the feet step, repeated as often as needed."""
-    swing_fraction: Annotated[float, Field(gt=0.0, le=1.0)] = 0.8
+    swing_fraction: Annotated[Number, Field(gt=0.0, le=1.0)] = 0.8
     """Part of a slot in which the foot is in the air, in its middle."""
     pause_start: NonNegative = 1.0
     """Time at the beginning with all feet on the ground, s."""
@@ -60,7 +61,8 @@ class Crawl(BaseGait):
         slot = (horizon - self.pause_start - self.pause_end) / self.steps
         if slot <= 0.0:
             raise ValueError(
-                f"needs a horizon longer than its two pauses ({self.pause_start} s + {self.pause_end} s), not {horizon} s"
+                f"needs a horizon longer than its two pauses ({self.pause_start} s + {self.pause_end} s), "
+                f"not {horizon} s"
             )
         rest = 0.5 * slot * (1.0 - self.swing_fraction)
         result: dict[LegName, tuple[Swing, ...]] = dict.fromkeys(LEG_NAMES, ())
@@ -81,7 +83,7 @@ def _checked_swings(value: tuple[Swing, ...]) -> tuple[Swing, ...]:
     for begin, end in value:
         if not 0.0 <= begin < end:
             raise ValueError(f"must lift off at a time ≥ 0 and before it touches down, not [{begin}, {end}]")
-    for (_, end), (begin, _) in zip(value, value[1:], strict=False):
+    for (_, end), (begin, _) in pairwise(value):
         if begin < end:
             raise ValueError(
                 f"must name swings in order and apart: one ends at {end} s, the next begins at {begin} s"

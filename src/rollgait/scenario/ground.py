@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from rollgait.config import Config, Positive
+from rollgait.config import Config, Number, Positive
 
 
 class FlatGround(Config):
@@ -12,7 +12,7 @@ class FlatGround(Config):
 
     kind: Literal["flat"] = "flat"
     """Kind of the ground."""
-    height: float = 0.0
+    height: Number = 0.0
     """z of the plane in the world, m."""
     friction: Positive = 0.5
     """μ, coefficient of friction."""

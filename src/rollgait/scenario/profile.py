@@ -1,7 +1,7 @@
 """The two profiles: a table of defaults each, nothing else.
 
-`paper` is exactly the paper's problem. `executable` adds what the paper leaves open and a robot needs: it must not
-tumble at the end, miss the goal, jump in speed, or ask for what the joints cannot do.
+`paper` is exactly the paper's problem. `executable` adds what the paper leaves open and a robot needs: it
+must not tumble at the end, miss the goal, jump in speed, or ask for what the joints cannot do.
 """
 
 from __future__ import annotations

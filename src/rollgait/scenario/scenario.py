@@ -2,43 +2,58 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator, model_validator
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
-from rollgait.config import Config, NonNegative, Positive, dump_yaml, load_yaml, set_key, validate
+from rollgait.config import Config, NonNegative, Number, Positive, dump_yaml, load_yaml, set_key, validate
 from rollgait.errors import InputError
 from rollgait.robot.library import find_robot
 from rollgait.robot.robot import LEG_NAMES, Robot
-from rollgait.scenario.gait import Drive, Gait
+from rollgait.scenario.gait import GAIT_KINDS, BaseGait, Drive, Gait
 from rollgait.scenario.ground import Ground
 from rollgait.scenario.profile import PROFILES, ProfileName
 from rollgait.scenario.schedule import ContactSchedule, put_on_mesh
 from rollgait.scenario.weights import Bounds, Weights
 
 
+def _named_or_spelled_out(value: Any) -> str:
+    return "name" if isinstance(value, str) else "data"
+
+
+RobotChoice = Annotated[
+    Annotated[str, Tag("name")] | Annotated[Robot, Tag("data")], Discriminator(_named_or_spelled_out)
+]
+
+
 class Headings(Config):
     """Headings of the wheels relative to the base, degrees."""
 
-    FL: float = 0.0
-    FR: float = 0.0
-    HL: float = 0.0
-    HR: float = 0.0
+    FL: Number = 0.0
+    """Front left, degrees."""
+    FR: Number = 0.0
+    """Front right, degrees."""
+    HL: Number = 0.0
+    """Hind left, degrees."""
+    HR: Number = 0.0
+    """Hind right, degrees."""
 
 
 class Start(Config):
     """Where the robot stands at t = 0, at rest, level, its feet at their nominal places."""
 
-    x: float = 0.0
+    x: Number = 0.0
     """x of the CoM, m."""
-    y: float = 0.0
+    y: Number = 0.0
     """y of the CoM, m."""
-    yaw_deg: float = 0.0
+    yaw_deg: Number = 0.0
     """Yaw of the base, degrees."""
     heading_deg: Headings = Headings()
     """σ − θz of the wheels, degrees."""
@@ -49,22 +64,22 @@ class LaterGoal(Config):
 
     at: NonNegative
     """From when on this is the goal, s."""
-    x: float
+    x: Number
     """x of the CoM, m."""
-    y: float = 0.0
+    y: Number = 0.0
     """y of the CoM, m."""
-    yaw_deg: float = 0.0
+    yaw_deg: Number = 0.0
     """Yaw of the base, degrees; not reduced: 360 is a full turn."""
 
 
 class Goal(Config):
     """Where the robot is wanted."""
 
-    x: float
+    x: Number
     """x of the CoM, m."""
-    y: float = 0.0
+    y: Number = 0.0
     """y of the CoM, m."""
-    yaw_deg: float = 0.0
+    yaw_deg: Number = 0.0
     """Yaw of the base, degrees; not reduced: 360 is a full turn."""
     then: tuple[LaterGoal, ...] = ()
     """Goals that take over later, in the order of time."""
@@ -72,7 +87,7 @@ class Goal(Config):
     @model_validator(mode="after")
     def _in_order(self) -> Self:
         times = [later.at for later in self.then]
-        if any(b <= a for a, b in zip(times, times[1:], strict=False)):
+        if any(b <= a for a, b in pairwise(times)):
             raise ValueError(f"must have the times of its later goals in rising order, not {times}")
         return self
 
@@ -82,7 +97,7 @@ class Scenario(Config):
 
     description: str = ""
     """One line for people."""
-    robot: str | Robot
+    robot: RobotChoice
     """Name of a robot in the library, path of a robot's YAML file, or the robot itself."""
     start: Start = Start()
     """Where the robot stands at t = 0."""
@@ -103,7 +118,7 @@ class Scenario(Config):
     bounds: Bounds = Bounds()
     """Bounds of the constraints."""
 
-    # -- construction -------------------------------------------------------------------------------------------
+    # -- construction --
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
@@ -121,17 +136,23 @@ class Scenario(Config):
     @classmethod
     def _gait_by_name(cls, value: Any) -> Any:
         if isinstance(value, Mapping) and "kind" not in value:
-            raise ValueError("must say its kind: drive, crawl or schedule")
+            raise ValueError(f"must say its kind; valid: {', '.join(GAIT_KINDS)}")
         return {"kind": value} if isinstance(value, str) else value
 
     def with_values(self, values: Mapping[str, Any]) -> Scenario:
-        """A copy with dotted keys set, e.g. `{"goal.x": 1.5, "profile": "paper"}`. Raises `InputError`."""
+        """A copy with dotted keys set, e.g. `{"goal.x": 1.5, "robot.mass": 90.0}`. Raises `InputError`."""
         data = self.to_dict()
         for key, value in values.items():
+            if key in ("gait", "gait.kind") and isinstance(value, str):
+                shared = {name: data["gait"][name] for name in BaseGait.model_fields} if "." in key else {}
+                data["gait"] = {"kind": value, **shared}
+                continue
+            if key.startswith("robot.") and isinstance(data["robot"], str):
+                data["robot"] = find_robot(data["robot"]).model_dump(mode="json")
             set_key(data, key, value)
         return type(self).from_dict(data)
 
-    # -- what follows from it -----------------------------------------------------------------------------------
+    # -- what follows from it --
 
     @cached_property
     def body(self) -> Robot:
@@ -145,8 +166,11 @@ class Scenario(Config):
         return put_on_mesh(self.gait, self.horizon, self.interval)
 
     def goal_at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Goal pose (x, y, z of the CoM in m; yaw, pitch, roll in rad) at times (s, shape (n,)), shape (n, 6)."""
-        goals = [(-np.inf, self.goal), *((later.at, later) for later in self.goal.then)]
+        """Goal pose at times (s, shape (n,)): x, y, z of the CoM (m), yaw, pitch, roll (rad), shape (n, 6)."""
+        goals: list[tuple[float, Goal | LaterGoal]] = [
+            (-np.inf, self.goal),
+            *((later.at, later) for later in self.goal.then),
+        ]
         begins = np.array([begin for begin, _ in goals])
         poses = np.array([[g.x, g.y, self.height, np.radians(g.yaw_deg), 0.0, 0.0] for _, g in goals])
         return np.asarray(poses[np.searchsorted(begins, times, side="right") - 1])
@@ -178,7 +202,7 @@ class Scenario(Config):
         """The scenario as YAML text."""
         return dump_yaml(_without_none(self.to_dict()))
 
-    # -- rules that need the robot ------------------------------------------------------------------------------
+    # -- rules that need the robot --
 
     def check(self) -> None:
         """Raises `InputError` where the scenario contradicts itself or the robot."""
@@ -220,27 +244,28 @@ class Scenario(Config):
                 )
 
     def _check_goal_distance(self) -> None:
-        """The CoM cannot get further than the feet roll at full speed and the boxes lean, and step by step."""
+        """The CoM gets no further than the feet roll at full speed and the boxes lean, goal by goal."""
         box = self.bounds.box or self.body.box
-        lean = 2.0 * float(np.hypot(box[0], box[1]))
-        pose, begin = np.array([self.start.x, self.start.y]), 0.0
-        legs = [(f"goal.then.{k}", g) for k, g in enumerate(self.goal.then)]
-        for (field, goal), end in zip(
-            [("goal", self.goal), *legs], [*(g.at for _, g in legs), self.horizon], strict=True
-        ):
-            if end > self.horizon:
-                raise InputError(f"{field}.at", end, f"must lie within the horizon of {self.horizon} s")
-            target = np.array([goal.x, goal.y])
-            distance = float(np.linalg.norm(target - pose))
+        lean = 2.0 * math.hypot(box[0], box[1])
+        names = ["goal", *(f"goal.then.{k}" for k in range(len(self.goal.then)))]
+        goals: list[Goal | LaterGoal] = [self.goal, *self.goal.then]
+        begins = [0.0, *(later.at for later in self.goal.then)]
+        for name, begin in zip(names, begins, strict=True):
+            if begin >= self.horizon:
+                rule = f"must lie within the horizon of {self.horizon} s"
+                raise InputError(f"{name}.at", begin, rule)
+        x, y = self.start.x, self.start.y
+        for name, goal, begin, end in zip(names, goals, begins, [*begins[1:], self.horizon], strict=True):
+            distance = math.hypot(goal.x - x, goal.y - y)
             reach = self._farthest(begin, end) + lean
             if distance > reach:
                 raise InputError(
-                    field,
+                    name,
                     [goal.x, goal.y],
                     f"must be within {reach:.3g} m, which the speed limits allow in {end - begin:.4g} s; "
                     f"it is {distance:.3g} m away",
                 )
-            pose, begin = target, end
+            x, y = goal.x, goal.y
 
     def _farthest(self, begin: float, end: float) -> float:
         """How far the slowest foot that must come along can get, m."""

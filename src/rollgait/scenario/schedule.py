@@ -15,10 +15,13 @@ from rollgait.scenario.gait import BaseGait
 MIN_SWING_INTERVALS = 2
 """A swing needs a node inside it, where the foot is at its full height."""
 
+MAX_INTERVALS = 10_000
+"""More than any planner here can hold in memory: a slip of the pen, not a wish."""
+
 
 @dataclass(frozen=True)
 class SwingPhase:
-    """One swing on the mesh: `leg` is in the air in the intervals lift_off … touch_down − 1 (node indices)."""
+    """One swing on the mesh: `leg` is in the air in the intervals lift_off … touch_down − 1 (nodes)."""
 
     leg: int
     lift_off: int
@@ -45,7 +48,7 @@ class ContactSchedule:
     @property
     def intervals(self) -> int:
         """N."""
-        return self.contact.shape[1]
+        return int(self.contact.shape[1])
 
     @property
     def horizon(self) -> float:
@@ -55,11 +58,11 @@ class ContactSchedule:
     @property
     def node_times(self) -> NDArray[np.float64]:
         """Times of the N + 1 nodes, s."""
-        return np.arange(self.intervals + 1) * self.interval
+        return np.asarray(np.arange(self.intervals + 1) * self.interval, dtype=np.float64)
 
     @property
     def node_contact(self) -> NDArray[np.bool_]:
-        """Which foot touches the ground at a node, shape (4, N + 1): in the interval before it or after it."""
+        """Which foot touches the ground at a node, in the interval before or after it, shape (4, N + 1)."""
         c = self.contact
         return np.hstack([c[:, :1], c[:, :-1] | c[:, 1:], c[:, -1:]])
 
@@ -81,8 +84,14 @@ def put_on_mesh(gait: BaseGait, horizon: float, interval: float) -> ContactSched
     """The gait on the mesh: every lift-off and touch-down moves to the nearest node.
 
     Raises:
-        InputError: a swing leaves the horizon or is too short for the mesh, or all feet are in the air at once.
+        InputError: the mesh is too fine or too coarse, a swing leaves the horizon or is too short for the
+            mesh, or all feet are in the air at once.
     """
+    if interval > horizon:
+        raise InputError("interval", interval, f"must not be longer than the horizon of {horizon} s")
+    if horizon / interval > MAX_INTERVALS:
+        rule = f"must cut the horizon of {horizon} s into at most {MAX_INTERVALS} intervals"
+        raise InputError("interval", interval, rule)
     count = intervals_of(horizon, interval)
     step = horizon / count
     contact = np.ones((len(LEG_NAMES), count), dtype=bool)

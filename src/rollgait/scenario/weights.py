@@ -10,13 +10,13 @@ from typing import Annotated
 
 from pydantic import Field
 
-from rollgait.config import Config, NonNegative, Positive, PositiveVector3, Range
+from rollgait.config import Config, Flag, NonNegative, Number, Positive, PositiveVector3, Range
 
-Margin = Annotated[float, Field(ge=0.0, le=45.0)]
+Margin = Annotated[Number, Field(ge=0.0, le=45.0)]
 
 
 class Weights(Config):
-    """Weights of the costs (paper: Σ of six terms; the others belong to the profile `executable`). 0 switches off."""
+    """Weights of the costs: the paper's six, then those of the profile `executable`. 0 switches off."""
 
     acc: NonNegative | None = None
     """On ‖r̈‖², acceleration of the CoM."""
@@ -38,7 +38,7 @@ class Weights(Config):
     """On (ṗz − that of a smooth lift)² of feet in swing (executable)."""
     swing: NonNegative | None = None
     """On the planar velocity of feet in swing that the other costs leave undetermined (executable)."""
-    speed_in_contact_only: bool = False
+    speed_in_contact_only: Flag = False
     """Leave v of feet in swing out of `speed`: the paper's knob between car-like and walking behaviour."""
 
 
@@ -47,7 +47,7 @@ class Bounds(Config):
 
     box: PositiveVector3 | None = None
     """b: half-sizes of the foot's box about its nominal place, m. Default: the robot's."""
-    full_rotation: bool = False
+    full_rotation: Flag = False
     """Express the box in the base frame R(θ) instead of the base-yaw frame Rz."""
     steering_deg: Range | None = None
     """Range of σ − θz, degrees. Default: the robot's, leg by leg."""
@@ -61,7 +61,7 @@ class Bounds(Config):
     """Smallest normal force in stance, N."""
     force_max: Positive | None = None
     """Largest normal force in stance, N; the robot's own limit holds as well."""
-    inscribed: bool = False
+    inscribed: Flag = False
     """Use the pyramid inside the friction cone: μ/√2."""
     touchdown_speed: Positive | None = None
     """Limit of the vertical speed at touch-down, m/s (executable)."""
@@ -69,13 +69,13 @@ class Bounds(Config):
     """Limit of |Δv|/h of feet that stay on the ground, m/s² (executable)."""
     swing_acceleration_max: Positive | None = None
     """Limit of |Δv|/h of feet in swing or just landed, m/s² (executable)."""
-    joint_steering: bool | None = None
+    joint_steering: Flag | None = None
     """Keep hip_yaw and the steering joint within their limits, in place of `steering_deg` (executable)."""
     joint_margin_deg: Margin | None = None
     """Distance from the limits of hip_yaw and the steering joint, degrees."""
-    reach: bool | None = None
+    reach: Flag | None = None
     """Keep the leg's extension within its limits (executable)."""
-    level_at_end: bool | None = None
+    level_at_end: Flag | None = None
     """End with θ̇ = 0 and pitch = roll = 0 (executable)."""
     without: tuple[str, ...] = ()
     """Names of terms to leave out of the problem."""
