@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Strict, ValidationError
 from ruamel.yaml import YAML
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import YAMLError, YAMLWarning
 
 from rollgait.errors import FileError, InputError
@@ -91,6 +92,10 @@ Range = Annotated[tuple[Number, Number], AfterValidator(_ordered)]
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
+LINE = 80
+"""Longest mapping or list that goes into one line of YAML, characters."""
+
+
 def validate(model: type[ModelT], data: Mapping[str, Any], prefix: str = "") -> ModelT:
     """`data` as a `model`; raises `InputError` with the first thing that is wrong, as one sentence."""
     try:
@@ -152,14 +157,26 @@ def _read(text: str) -> Any:
 
 
 def dump_yaml(data: Mapping[str, Any]) -> str:
-    """`data` as YAML text; lists of plain values stay in one line."""
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = None
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
-    yaml.width = 110
+    """`data` as YAML text; what is short and plain stays in one line."""
+    yaml = YAML()
+    yaml.width = 1_000_000  # a line that ruamel breaks is hard to read
     stream = io.StringIO()
-    yaml.dump(dict(data), stream)
+    yaml.dump(_laid_out(data), stream)
     return stream.getvalue()
+
+
+def _laid_out(data: Any) -> Any:
+    """The same data, telling ruamel which mappings and lists go into one line."""
+    if isinstance(data, Mapping):
+        result: Any = CommentedMap({key: _laid_out(value) for key, value in data.items()})
+    elif isinstance(data, list | tuple):
+        result = CommentedSeq([_laid_out(value) for value in data])
+    else:
+        return data
+    values = result.values() if isinstance(result, CommentedMap) else result
+    if not any(isinstance(v, CommentedMap | CommentedSeq) for v in values) and len(str(data)) <= LINE:
+        result.fa.set_flow_style()
+    return result
 
 
 def set_key(data: dict[str, Any], key: str, value: Any) -> None:

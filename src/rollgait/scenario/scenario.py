@@ -166,7 +166,7 @@ class Scenario(Config):
         return put_on_mesh(self.gait, self.horizon, self.interval)
 
     def goal_at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Goal pose at times (s, shape (n,)): x, y, z of the CoM (m), yaw, pitch, roll (rad), shape (n, 6)."""
+        """Goal at times (s, shape (n,)): x, y, z of the CoM (m), yaw, pitch, roll (rad); shape (n, 6)."""
         goals: list[tuple[float, Goal | LaterGoal]] = [
             (-np.inf, self.goal),
             *((later.at, later) for later in self.goal.then),

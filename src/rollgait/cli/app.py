@@ -1,0 +1,82 @@
+"""The commands put together, and what becomes of errors: one line on stderr and an exit status."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+import rollgait
+from rollgait.cli import check, export, library, plan, plot
+from rollgait.cli.output import print_error
+from rollgait.cli.usage import Commands, usage_error
+from rollgait.errors import RollgaitError
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, as shells count it: 128 + SIGINT."""
+
+app = typer.Typer(
+    cls=Commands, rich_markup_mode=None, add_completion=False, pretty_exceptions_enable=False, name="rollgait"
+)
+app.command("plan")(plan.plan)
+app.command("check")(check.check)
+app.command("plot")(plot.plot)
+app.command("export")(export.export)
+app.command("scenarios")(library.scenarios)
+app.command("robots")(library.robots)
+app.command("show")(library.show)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"rollgait {rollgait.__version__}")
+        raise typer.Exit
+
+
+@app.callback(invoke_without_command=True)
+def rollgait_command(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Motion generation for legged robots on wheels.
+
+    Start with: rollgait plan hybrid-forward
+    """
+    if context.invoked_subcommand is None:
+        print(context.get_help())
+
+
+def run(arguments: Sequence[str] | None = None) -> int:
+    """Runs one command and returns its exit status: 0 done, 1 not solved or not passed, 2 wrong input.
+
+    Args:
+        arguments: as a shell would pass them; those of this process if not given.
+    """
+    try:
+        status: Any = app(
+            list(arguments) if arguments is not None else None, prog_name="rollgait", standalone_mode=False
+        )
+    except RollgaitError as error:
+        print_error(str(error))
+        return error.exit_status
+    except typer.TyperException as error:
+        print_error(usage_error(error))
+        return 2
+    except (KeyboardInterrupt, typer.Abort):
+        status = INTERRUPTED
+    except BrokenPipeError:  # the reader of the output has gone, as in `rollgait scenarios | head -1`
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    if status == INTERRUPTED:
+        print_error("stopped by Ctrl-C; no file is left half-written")
+    return status if isinstance(status, int) else 0
+
+
+def main() -> NoReturn:
+    """Entry point of the command line."""
+    sys.exit(run())

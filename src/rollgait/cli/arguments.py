@@ -1,0 +1,38 @@
+"""Arguments and options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rollgait.config import parse_setting
+from rollgait.scenario import Scenario, find_scenario
+
+ScenarioName = Annotated[
+    str, typer.Argument(metavar="SCENARIO", help="Name of a scenario ('rollgait scenarios') or a YAML file.")
+]
+PlanFile = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan that 'rollgait plan' wrote (.npz).")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="KEY=VALUE", help="Set a key of the scenario, e.g. goal.x=1.5; repeatable."
+    ),
+]
+Profile = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME", help="Default weights and bounds: paper or executable. Short for --set profile."
+    ),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
+
+
+def scenario_with(name: str, settings: list[str] | None, profile: str | None) -> Scenario:
+    """The scenario of that name, or in that file, with the settings of the command line."""
+    values = dict(parse_setting(text) for text in settings or ())
+    if profile is not None:
+        values["profile"] = profile
+    scenario = find_scenario(name)
+    return scenario.with_values(values) if values else scenario

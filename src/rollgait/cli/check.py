@@ -1,0 +1,28 @@
+"""`rollgait check`: the certificate of a plan."""
+
+from __future__ import annotations
+
+import typer
+
+from rollgait.cli.arguments import AsJson, PlanFile
+from rollgait.cli.output import print_json
+from rollgait.cli.report import print_certificate
+from rollgait.plan.plan import Plan
+
+
+def check(plan_file: PlanFile, as_json: AsJson = False) -> None:
+    """Judge a plan by code that shares nothing with the planner.
+
+    Exit status: 0 only if the solver converged and every row passes, 1 otherwise, 2 if the file is no plan.
+    """
+    plan = Plan.load(plan_file)
+    certificate = plan.certificate()
+    if as_json:
+        report = {"file": str(plan_file), "solved": plan.solved, "certified": certificate.passed}
+        print_json(report | {"certificate": certificate.to_dict()})
+    else:
+        s = plan.statistics
+        print(f"{plan_file}: {'solved' if plan.solved else 'not solved'} ({s.status})")
+        print_certificate(certificate)
+    if not (plan.solved and certificate.passed):
+        raise typer.Exit(1)

@@ -1,0 +1,84 @@
+"""`rollgait plan`: from a scenario to a certified plan on disk."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rollgait.cli.arguments import AsJson, Profile, ScenarioName, Settings, scenario_with
+from rollgait.cli.output import print_json
+from rollgait.cli.progress import Progress
+from rollgait.cli.report import print_certificate, print_plan
+from rollgait.errors import NotSolvedError
+from rollgait.files import check_writable
+from rollgait.plan.plan import Plan
+
+
+def plan(
+    scenario: ScenarioName,
+    settings: Settings = None,
+    profile: Profile = None,
+    transcription: Annotated[
+        str, typer.Option(metavar="NAME", help="How continuous time becomes an NLP.")
+    ] = "collocation",
+    solver: Annotated[str, typer.Option(metavar="NAME", help="What solves the NLP.")] = "ipopt",
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Where to write. Default: <scenario>.npz in this folder."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Plan a motion, judge it and write it to a file.
+
+    Exit status: 0 solved and certified, 1 not solved or not certified (what was found is still written,
+    marked), 2 wrong input.
+    """
+    target = _target(out or Path(f"{Path(scenario).stem}.npz"))
+    asked = scenario_with(scenario, settings, profile)
+    check_writable(target)
+    from rollgait.planner import plan as make_plan  # loads CasADi: only once the input is known to be right
+
+    try:
+        with Progress(quiet=as_json) as progress:
+            found = make_plan(asked, transcription=transcription, solver=solver, progress=progress)
+    except NotSolvedError as error:
+        _keep_iterate(error, target, as_json)
+        raise
+    certificate = found.certificate()
+    found.save(target)
+    if as_json:
+        report = {"file": str(target), "solved": found.solved, "certified": certificate.passed}
+        report |= {"statistics": asdict(found.statistics), "certificate": certificate.to_dict()}
+        print_json(report)
+    else:
+        print_plan(found, Path(scenario).stem)
+        print_certificate(certificate)
+        mark = "" if certificate.passed else "  (not certified)"
+        print(f"\nwritten: {target}{mark}")
+        print(f"next:    rollgait plot {target}")
+    if not (found.solved and certificate.passed):
+        raise typer.Exit(1)
+
+
+def _target(path: Path) -> Path:
+    """The name that `Plan.save` will give to the file."""
+    return path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
+
+
+def _keep_iterate(error: NotSolvedError, target: Path, as_json: bool) -> None:
+    """Saves the solver's last iterate beside the place of the plan, and says so."""
+    iterate: Plan | None = error.plan
+    beside = None if iterate is None else iterate.save(target.with_name(f"{target.stem}.failed.npz"))
+    if as_json:
+        statistics = None if iterate is None else asdict(iterate.statistics)
+        file = None if beside is None else str(beside)
+        report = {"file": file, "solved": False, "certified": False, "message": str(error)}
+        print_json(report | {"statistics": statistics})
+    elif iterate is not None:
+        print(f"not solved after {iterate.statistics.iterations} iterations: {iterate.statistics.status}")
+        if iterate.statistics.worst:
+            print(f"worst constraint: {iterate.statistics.worst}")
+        print(f"last iterate:     {beside}  (not a plan; for looking at what went wrong)")

@@ -1,0 +1,42 @@
+"""What a person sees while the solver works: one line that changes, on a terminal only."""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from rich.console import Console
+from rich.status import Status
+
+from rollgait.cli.output import number
+
+if TYPE_CHECKING:
+    from rollgait.solvers import Iteration
+
+
+class Progress:
+    """Shows each iteration that it is called with; shows nothing if stderr is not a terminal."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        console = Console(stderr=True)
+        shown = console.is_terminal and not quiet
+        self._status: Status | None = console.status("building the problem …") if shown else None
+
+    def __enter__(self) -> Self:
+        if self._status is not None:
+            self._status.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._status is not None:
+            self._status.stop()
+
+    def __call__(self, iteration: Iteration) -> None:
+        """Shows the iteration of the solver."""
+        if self._status is not None:
+            cost, violation = number(iteration.cost, 6), number(iteration.violation, 2)
+            self._status.update(
+                f"solving … iteration {iteration.number:3d}   cost {cost}   violation {violation}"
+            )

@@ -1,0 +1,44 @@
+"""Summaries of plans and certificates for people."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rollgait.cli.output import number, print_table
+from rollgait.plan.plan import Plan
+
+if TYPE_CHECKING:
+    from rollgait.plan.certificate import Certificate
+
+
+def print_plan(plan: Plan, name: str) -> None:
+    """What was planned, how long it took, and what it costs, term by term."""
+    s = plan.statistics
+    steps = sum(1 for _ in plan.schedule.swings())
+    what = f"{plan.robot.name}, {plan.horizon:g} s, {steps} steps, profile {plan.scenario.profile}"
+    print(f"{name}: {what}\n")
+    times = f"{s.solve_time:.2f} s to solve, {s.build_time:.2f} s to build"
+    size = f"{s.variables} variables, {s.constraints} constraints"
+    print_table(
+        [
+            ("result", f"{'solved' if s.solved else 'not solved'} ({s.status}), {s.iterations} iterations"),
+            ("time", times),
+            ("problem", f"{s.transcription}, {s.solver}: {size}"),
+        ]
+    )
+    print("\ncost")
+    parts = [(term, number(cost, 4)) for term, cost in s.costs.items()]
+    print_table([*parts, ("total", number(s.cost, 4))], right=[1])
+
+
+def print_certificate(certificate: Certificate) -> None:
+    """The rows of a certificate: worst value and limit with unit, where and when, verdict."""
+    print("\ncertificate")
+    rows = [("row", "worst", "limit", "unit", "leg", "time", "verdict")]
+    for row in certificate.rows:
+        when = "" if row.time is None else f"{row.time:.2f} s"
+        worst, limit = number(row.worst), number(row.limit)
+        rows.append((row.name, worst, limit, row.unit, row.leg or "", when, row.verdict))
+    print_table(rows, right=[1, 2, 5])
+    failed = [row.name for row in certificate.rows if row.verdict == "fail"]
+    print(f"  not certified: {', '.join(failed)}" if failed else "  certified")
