@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import zipfile
+import math
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rollgait.config import validate
 from rollgait.errors import FileError, InputError
 from rollgait.files import replacing
 from rollgait.plan.samples import Samples
 from rollgait.plan.trajectory import Trajectory
-from rollgait.robot.robot import Robot
+from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
 
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 FORMAT_VERSION = 1
 """Version of the file format; a file with another one is refused."""
+
+MAX_SAMPLES = 1_000_000
+"""More samples than this at once are a slip of the pen: they would fill the memory."""
 
 _PREFIX = "trajectory/"
 
@@ -107,6 +111,8 @@ class Plan:
             InputError: a time lies outside the horizon or is not finite.
         """
         times = np.atleast_1d(np.asarray(time, dtype=float))
+        if times.ndim != 1:
+            raise InputError("time", times.shape, "must be a number or an array of shape (n,)")
         outside = times[~((times >= -1e-9) & (times <= self.horizon + 1e-9))]
         if outside.size:
             raise InputError(
@@ -120,10 +126,19 @@ class Plan:
 
         Args:
             rate: samples per second, Hz.
+
+        Raises:
+            InputError: the rate is not positive, or asks for more than `MAX_SAMPLES`.
         """
         if not (np.isfinite(rate) and rate > 0.0):
             raise InputError("rate", rate, "must be a positive number of samples per second (Hz)")
-        return self.sample(np.append(np.arange(0.0, self.horizon - 1e-9, 1.0 / rate), self.horizon))
+        if rate * self.horizon > MAX_SAMPLES:
+            most = MAX_SAMPLES / self.horizon
+            raise InputError(
+                "rate", rate, f"must be at most {most:.6g} Hz in a horizon of {self.horizon:.6g} s"
+            )
+        inside = np.arange(math.ceil((self.horizon - 1e-9) * rate)) / rate
+        return self.sample(np.append(inside, self.horizon))
 
     def certificate(self) -> Certificate:
         """Judges the plan by code that shares nothing with the optimiser (computed once)."""
@@ -135,7 +150,7 @@ class Plan:
 
         return certify(self)
 
-    # -- files --------------------------------------------------------------------------------------------------
+    # -- files --
 
     def save(self, path: str | Path) -> Path:
         """Writes the plan as one .npz file (the suffix is added if it is missing); returns its path."""
@@ -150,15 +165,14 @@ class Plan:
             "scenario": self.scenario.to_dict(),
             "statistics": asdict(self.statistics),
         }
-        arrays: dict[str, NDArray[Any]] = {_PREFIX + name: a for name, a in self.trajectory.arrays().items()}
+        arrays: dict[str, Any] = {
+            "header": np.array(json.dumps(header)),
+            "contact": self.schedule.contact,
+            "interval": np.array(self.schedule.interval),
+            **{_PREFIX + name: array for name, array in self.trajectory.arrays().items()},
+        }
         with replacing(target) as temporary, temporary.open("wb") as stream:
-            np.savez_compressed(
-                stream,
-                header=np.array(json.dumps(header)),
-                contact=self.schedule.contact,
-                interval=np.array(self.schedule.interval),
-                **arrays,
-            )
+            np.savez_compressed(stream, **arrays)
         return target
 
     @classmethod
@@ -169,30 +183,57 @@ class Plan:
             FileError: the file is missing, is no plan, or has a version that is not known here.
         """
         name = str(path)
-        try:
-            with np.load(path, allow_pickle=False) as data:
-                arrays = {key: data[key] for key in data.files}
-            header = json.loads(str(arrays.pop("header")))
-        except OSError as error:
-            reason = error.strerror or "it is not a plan"
-            raise FileError("plan", name, f"cannot be read: {reason}") from None
-        except (ValueError, KeyError, EOFError, zipfile.BadZipFile, TypeError):
-            raise FileError("plan", name, "is not a plan that rollgait saved") from None
-        if not isinstance(header, dict) or header.get("format") != "rollgait-plan":
-            raise FileError("plan", name, "is not a plan that rollgait saved")
+        header, arrays = _read(Path(path))
+        if header.get("format") != "rollgait-plan":
+            raise FileError("plan", name, _NO_PLAN)
         if header.get("version") != FORMAT_VERSION:
             rule = f"has format version {header.get('version')}; this rollgait knows version {FORMAT_VERSION}"
             raise FileError("plan", name, rule)
         try:
-            trajectory = Trajectory.registry[header["kind"]].from_arrays(
-                {key.removeprefix(_PREFIX): a for key, a in arrays.items() if key.startswith(_PREFIX)}
-            )
-            return cls(
-                robot=Robot.model_validate(header["robot"]),
-                scenario=Scenario.model_validate(header["scenario"]),
-                schedule=ContactSchedule(arrays["contact"], float(arrays["interval"])),
-                trajectory=trajectory,
-                statistics=Statistics.from_dict(header["statistics"]),
-            )
+            return cls._from_parts(header, arrays)
         except (KeyError, TypeError, ValueError) as error:
-            raise FileError("plan", name, f"is damaged: {str(error).splitlines()[0]}") from None
+            reason = f"{error} is missing" if isinstance(error, KeyError) else str(error).splitlines()[0]
+            raise FileError("plan", name, f"is damaged: {reason}") from None
+
+    @classmethod
+    def _from_parts(cls, header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Plan:
+        """The plan in the parts of a file. Raises KeyError, TypeError or ValueError if they do not fit."""
+        trajectory = Trajectory.registry[header["kind"]].from_arrays(
+            {key.removeprefix(_PREFIX): a for key, a in arrays.items() if key.startswith(_PREFIX)}
+        )
+        contact, interval = arrays["contact"], float(arrays["interval"])
+        if contact.dtype != np.bool_ or contact.ndim != 2 or contact.shape[0] != len(LEG_NAMES):
+            raise InputError(
+                "contact", contact.shape, "must be truth values for four legs and every interval"
+            )
+        schedule = ContactSchedule(contact, interval)
+        if not (interval > 0.0 and np.isclose(schedule.horizon, trajectory.horizon)):
+            raise InputError(
+                "interval", interval, f"must cut {trajectory.horizon:.6g} s, as the solution does"
+            )
+        return cls(
+            robot=validate(Robot, header["robot"], "robot"),
+            scenario=validate(Scenario, header["scenario"], "scenario"),
+            schedule=schedule,
+            trajectory=trajectory,
+            statistics=Statistics.from_dict(header["statistics"]),
+        )
+
+
+_NO_PLAN = "is not a plan that rollgait saved"
+
+
+def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """The header and the arrays in a file, whatever they are. Raises `FileError`."""
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            arrays = {key: data[key] for key in data.files}
+        header = json.loads(str(arrays.pop("header")))
+    except OSError as error:
+        reason = f"cannot be read: {error.strerror}" if error.strerror else _NO_PLAN
+        raise FileError("plan", str(path), reason) from None
+    except Exception:  # damaged bytes lead anywhere: zlib.error, struct.error, BadZipFile, MemoryError …
+        raise FileError("plan", str(path), _NO_PLAN) from None
+    if not isinstance(header, dict):
+        raise FileError("plan", str(path), _NO_PLAN)
+    return header, arrays

@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 class Samples:
     """The planned motion at n times (without the first axis for a single time).
 
-    World frame unless said otherwise, SI units, legs in the order FL, FR, HL, HR. At the border of two intervals
-    the inputs (force, speed, rates, contact) are those of the later one.
+    World frame unless said otherwise, SI units, legs in the order FL, FR, HL, HR. At the border of two
+    intervals the inputs (force, speed, rates, contact) are those of the later one.
 
     Attributes:
         time: (n,), s.

@@ -1,46 +1,22 @@
 """The solution as a function of time.
 
-A trajectory holds plain arrays and knows how to evaluate them; it needs neither the solver nor CasADi. There is one
-class per transcription, told apart in a file by `kind`.
+A trajectory holds plain arrays and knows how to evaluate them; it needs neither the solver nor CasADi. There
+is one class per transcription, told apart in a file by `kind`.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 
 from rollgait.errors import InputError
 from rollgait.plan.samples import Array, Samples
+from rollgait.polynomials import HEIGHT_POINTS, STATE_POINTS, gauss_points, lagrange
 from rollgait.robot.robot import Robot
-
-STATE_POINTS = 3
-"""Gauss-Legendre points per interval of all states but the foot heights (paper)."""
-HEIGHT_POINTS = 2
-"""Gauss-Legendre points per interval of the foot heights (paper)."""
-
-
-def gauss_points(count: int) -> Array:
-    """Gauss-Legendre points on [0, 1], shape (count,)."""
-    return np.asarray(0.5 * (leggauss(count)[0] + 1.0))
-
-
-def lagrange(support: Array, tau: Array) -> tuple[Array, Array]:
-    """Values and derivatives of the Lagrange polynomials on `support` (m,) at `tau` (n,): two arrays (n, m)."""
-    value = np.ones((tau.size, support.size))
-    slope = np.zeros((tau.size, support.size))
-    for j, sj in enumerate(support):
-        for i, si in enumerate(support):
-            if i == j:
-                continue
-            factor = (tau - si) / (sj - si)
-            slope[:, j] = slope[:, j] * factor + value[:, j] / (sj - si)
-            value[:, j] *= factor
-    return value, slope
 
 
 class Trajectory(ABC):
@@ -52,18 +28,23 @@ class Trajectory(ABC):
     def __init_subclass__(cls) -> None:
         Trajectory.registry[cls.kind] = cls
 
+    @property
+    @abstractmethod
+    def horizon(self) -> float:
+        """T, s: the end of the time for which there is data."""
+
     @abstractmethod
     def sample(self, times: Array, robot: Robot) -> Samples:
         """The motion at `times`, shape (n,), s, inside the horizon."""
 
     @abstractmethod
-    def arrays(self) -> dict[str, Array]:
+    def arrays(self) -> dict[str, NDArray[Any]]:
         """What must be saved to build it again with `from_arrays`."""
 
     @classmethod
     @abstractmethod
-    def from_arrays(cls, arrays: dict[str, Array]) -> Self:
-        """The inverse of `arrays`."""
+    def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> Self:
+        """The inverse of `arrays`. Raises `InputError` if one is missing or has the wrong shape."""
 
 
 @dataclass(frozen=True)
@@ -79,8 +60,9 @@ class CollocationTrajectory(Trajectory):
         heading: σ there, (N, 4, 4): interval, support, leg.
         foot_z: heights at the node and the 2 points, (N, 3, 4): interval, support, leg.
         force: (N, 4, 3), N, constant in an interval.
-        motion: planar inputs of the feet, (N, 4, 2), constant in an interval: (v, σ̇) of a steerable wheel, the
-            velocity along and across the heading of a fixed one, the world velocity (x, y) of a point foot.
+        motion: planar inputs of the feet, (N, 4, 2), constant in an interval: (v, σ̇) of a steerable wheel,
+            the velocity along and across the heading of a fixed one, the world velocity (x, y) of a point
+            foot.
     """
 
     kind: ClassVar[str] = "collocation"
@@ -94,11 +76,15 @@ class CollocationTrajectory(Trajectory):
     force: Array
     motion: Array
 
+    @property
+    def horizon(self) -> float:
+        return float(self.interval * self.base.shape[0])
+
     def sample(self, times: Array, robot: Robot) -> Samples:
         h, count = float(self.interval), self.base.shape[0]
         k = np.clip(np.floor(times / h + 1e-9).astype(int), 0, count - 1)
         tau = times / h - k
-        state, state_slope = lagrange(np.concatenate([[0.0], gauss_points(STATE_POINTS)]), tau)
+        state, _ = lagrange(np.concatenate([[0.0], gauss_points(STATE_POINTS)]), tau)
         height, height_slope = lagrange(np.concatenate([[0.0], gauss_points(HEIGHT_POINTS)]), tau)
         base = np.einsum("ns,nsi->ni", state, self.base[k])
         base_rate = np.einsum("ns,nsi->ni", state, self.base_rate[k])
@@ -122,15 +108,40 @@ class CollocationTrajectory(Trajectory):
             contact=self.contact[k],
         )
 
-    def arrays(self) -> dict[str, Array]:
+    def arrays(self) -> dict[str, NDArray[Any]]:
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, Array]) -> CollocationTrajectory:
+    def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> CollocationTrajectory:
         missing = [f.name for f in fields(cls) if f.name not in arrays]
         if missing:
-            raise InputError("trajectory", missing, "is missing in the file")
+            raise InputError("trajectory", missing, "is missing")
+        count = arrays["force"].shape[0] if arrays["force"].ndim else 0
+        for name, (kind, shape) in _layout(count).items():
+            array = arrays[name]
+            if count == 0 or array.shape != shape or array.dtype.kind != kind:
+                rule = f"must have the shape {shape} and hold {_KINDS[kind]}"
+                raise InputError(f"trajectory.{name}", array.shape, rule)
         return cls(**{f.name: arrays[f.name] for f in fields(cls)})
+
+
+_KINDS = {"f": "floating-point numbers", "b": "truth values"}
+
+
+def _layout(count: int) -> dict[str, tuple[str, tuple[int, ...]]]:
+    """Kind of number and shape of the arrays of a `CollocationTrajectory` with N = `count`."""
+    state, height = STATE_POINTS + 1, HEIGHT_POINTS + 1  # the node and the collocation points
+    return {
+        "contact": ("b", (count, 4)),
+        "interval": ("f", ()),
+        "base": ("f", (count, state, 6)),
+        "base_rate": ("f", (count, state, 6)),
+        "foot_xy": ("f", (count, state, 4, 2)),
+        "heading": ("f", (count, state, 4)),
+        "foot_z": ("f", (count, height, 4)),
+        "force": ("f", (count, 4, 3)),
+        "motion": ("f", (count, 4, 2)),
+    }
 
 
 @dataclass(frozen=True)
