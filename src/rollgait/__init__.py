@@ -1,7 +1,40 @@
-"""rollgait: motion generation for legged robots on wheels."""
+"""rollgait: motion generation for legged robots on wheels.
 
+>>> import rollgait as rg
+>>> plan = rg.plan("hybrid-forward")        # doctest: +SKIP
+>>> plan.certificate().passed               # doctest: +SKIP
+True
+"""
+
+from rollgait.errors import InputError, NotSolvedError, RollgaitError
+from rollgait.ocp.instant import Foot, Instant
+from rollgait.ocp.term import Constraint, Cost, FootConstraint
 from rollgait.plan.plan import Plan
+from rollgait.plan.samples import Samples
+from rollgait.planner import plan
+from rollgait.robot.library import find_robot, robot_names
 from rollgait.robot.robot import Robot
+from rollgait.scenario.library import find_scenario, scenario_names
 from rollgait.scenario.scenario import Scenario
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "Constraint",
+    "Cost",
+    "Foot",
+    "FootConstraint",
+    "InputError",
+    "Instant",
+    "NotSolvedError",
+    "Plan",
+    "Robot",
+    "RollgaitError",
+    "Samples",
+    "Scenario",
+    "find_robot",
+    "find_scenario",
+    "plan",
+    "robot_names",
+    "scenario_names",
+]

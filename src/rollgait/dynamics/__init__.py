@@ -1,1 +1,1 @@
-
+"""The physics: rotations, the rigid body, the feet. CasADi expressions, no data."""

@@ -1,0 +1,124 @@
+"""Constraints of contact: what a foot does on the ground, and how it leaves it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import casadi as ca
+import numpy as np
+
+from rollgait.ocp.instant import Foot, Instant
+from rollgait.ocp.term import INPUT, Data, FootConstraint, Limits, Mask, Phase, Place
+
+if TYPE_CHECKING:
+    from rollgait.ocp.problem import Problem
+
+
+class StanceHeight(FootConstraint):
+    """p_z = terrain in stance.
+
+    It is demanded at touch-down and at both height points of each stance interval: with the parabola's continuity
+    that is the whole of the stance, and no row is redundant (redundant rows break solvers).
+    """
+
+    name = "stance_height"
+    places = frozenset({Place.NODE, Place.HEIGHT_POINTS, Place.TERMINAL})
+    phase = Phase.STANCE
+    lower = upper = 0.0
+    unit = "m"
+
+    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
+        contact = problem.schedule.contact[leg]
+        landed = np.concatenate([[False], ~contact[:-1]])
+        if place is Place.NODE:
+            return np.asarray(contact & landed)
+        if place is Place.TERMINAL:
+            return ~contact
+        return contact
+
+    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
+        return foot.height
+
+
+class StanceMotion(FootConstraint):
+    """A point foot stands still in stance, a fixed wheel does not slip sideways. (A steerable one cannot.)"""
+
+    name = "stance_motion"
+    places = INPUT
+    phase = Phase.STANCE
+    lower = upper = 0.0
+    unit = "m/s"
+
+    def applies(self, problem: Problem, leg: int) -> bool:
+        return problem.robot.leg_list[leg].foot != "steerable"
+
+    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
+        return foot.motion if foot.kind == "point" else foot.lateral_speed
+
+
+class SwingForce(FootConstraint):
+    """f_i = 0 in swing."""
+
+    name = "swing_force"
+    places = INPUT
+    phase = Phase.SWING
+    lower = upper = 0.0
+    unit = "N"
+
+    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
+        return foot.force
+
+
+class Clearance(FootConstraint):
+    """p_z = terrain + z_fly at the node nearest to the middle of the swing."""
+
+    name = "clearance"
+    places = INPUT
+    unit = "m"
+
+    def limits(self, problem: Problem, leg: int) -> Limits:
+        z_fly = problem.scenario.gait.clearance
+        return z_fly, z_fly
+
+    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
+        middle = np.zeros(problem.schedule.intervals, dtype=bool)
+        middle[[swing.middle for swing in problem.schedule.swings() if swing.leg == leg]] = True
+        return middle
+
+    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
+        return foot.height
+
+
+class AboveGround(FootConstraint):
+    """p_z ≥ terrain in swing, everywhere: a parabola stays above the ground if its three Bézier points do.
+
+    They are the height at both nodes and, between, the height at which the first tangent ends, p_z + h ṗz / 2.
+    """
+
+    name = "ground"
+    places = INPUT
+    phase = Phase.SWING
+    lower = 0.0
+    unit = "m"
+
+    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
+        return ca.vertcat(foot.height, foot.height + 0.5 * x.body.interval * foot.velocity[2])
+
+
+class TouchdownSpeed(FootConstraint):
+    """|ṗz| ≤ touchdown_speed at the end of the swing: the foot is set down, not dropped (executable)."""
+
+    name = "touchdown_speed"
+    places = frozenset({Place.INTERVAL_END})
+    unit = "m/s"
+
+    def limits(self, problem: Problem, leg: int) -> Limits:
+        limit = problem.scenario.value_of("bounds", self.name)
+        return -limit, limit
+
+    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
+        contact = problem.schedule.contact[leg]
+        return np.asarray(~contact & np.concatenate([contact[1:], [True]]))
+
+    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
+        return foot.velocity[2]

@@ -1,0 +1,190 @@
+"""The robot at one instant, as CasADi expressions: what the terms of the problem are written in.
+
+Frames: world unless the name says otherwise; the base-yaw frame has its origin at the CoM and is turned by the
+yaw only. SI units. The inputs (forces, motions, rates) do not exist at the very end of the horizon: there they
+are not-a-number, so that a term which reads them by mistake cannot go unnoticed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+
+from rollgait.dynamics.foot import PlanarMotion, planar_motion
+from rollgait.dynamics.rigid_body import acceleration
+from rollgait.dynamics.rotations import R_world_base, R_z
+from rollgait.robot.robot import FootKind
+
+
+@dataclass(frozen=True)
+class Body:
+    """Figures of the robot and the ground that every instant knows, as symbols (one kernel serves every robot).
+
+    Attributes:
+        mass: m, kg.
+        weight: m g, N.
+        inertia: I_B about the CoM, base axes, 3 × 3, kg·m².
+        stance: p̄, nominal contact points in the base-yaw frame, 4 × 3 numbers as columns (3, 4), m.
+        heading_offset: σ − θz of fixed wheels, 4, rad.
+        interval: h, s.
+        ground: height of the ground under each foot, 4, m.
+    """
+
+    mass: ca.SX
+    weight: ca.SX
+    inertia: ca.SX
+    stance: ca.SX
+    heading_offset: ca.SX
+    interval: ca.SX
+    ground: ca.SX
+
+
+@dataclass(frozen=True)
+class Foot:
+    """A foot at one instant.
+
+    Attributes:
+        index: 0 … 3 for FL, FR, HL, HR.
+        kind: of the foot.
+        p: contact point, world, 3, m.
+        p_body: Rzᵀ (p − r), contact point in the base-yaw frame, 3, m.
+        height: of the foot above the ground, m.
+        velocity: ṗ, world, 3, m/s.
+        heading: σ, rad (0 for a point foot).
+        steering: σ − θz, rad.
+        heading_rate: σ̇, rad/s.
+        speed: v along the heading, m/s (0 for a point foot).
+        lateral_speed: across the heading, m/s (free only for a fixed wheel in swing).
+        motion: the two planar inputs (see `dynamics.foot`).
+        force: f, on the robot, world, 3, N.
+        previous_force: f of the interval before, 3, N.
+        previous_motion: the planar inputs of the interval before.
+    """
+
+    index: int
+    kind: FootKind
+    p: ca.SX
+    p_body: ca.SX
+    height: ca.SX
+    velocity: ca.SX
+    heading: ca.SX
+    steering: ca.SX
+    heading_rate: ca.SX
+    speed: ca.SX
+    lateral_speed: ca.SX
+    motion: ca.SX
+    force: ca.SX
+    previous_force: ca.SX
+    previous_motion: ca.SX
+
+    @cached_property
+    def force_contact(self) -> ca.SX:
+        """f in the contact frame (along the heading, lateral, normal to the ground), 3, N."""
+        return R_z(self.heading).T @ self.force
+
+
+@dataclass(frozen=True)
+class Instant:
+    """The robot at one instant.
+
+    Attributes:
+        body: figures of the robot.
+        r: CoM, world, 3, m.
+        theta: (yaw, pitch, roll), 3, rad.
+        dr: ṙ, 3, m/s.
+        dtheta: θ̇, 3, rad/s.
+        feet: the four feet.
+        point: number of the quadrature point in its interval (0 where that has no meaning).
+    """
+
+    body: Body
+    r: ca.SX
+    theta: ca.SX
+    dr: ca.SX
+    dtheta: ca.SX
+    feet: tuple[Foot, ...]
+    point: int = 0
+
+    @cached_property
+    def ddr(self) -> ca.SX:
+        """r̈, 3, m/s²: equation 1."""
+        return acceleration(self.body.mass, [foot.force for foot in self.feet])
+
+    @cached_property
+    def R_world_base(self) -> ca.SX:
+        """R(θ), base to world, 3 × 3."""
+        return R_world_base(self.theta)
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """Inputs of all feet: forces (3 each, N) and motions (2 each), as lists of expressions."""
+
+    force: Sequence[ca.SX]
+    motion: Sequence[ca.SX]
+
+    @classmethod
+    def none(cls) -> Inputs:
+        """Stands for inputs that do not exist."""
+        return cls([ca.SX.nan(3)] * 4, [ca.SX.nan(2)] * 4)
+
+
+def make_instant(
+    body: Body,
+    kinds: Sequence[FootKind],
+    base: ca.SX,
+    base_rate: ca.SX,
+    foot_xy: Sequence[ca.SX],
+    foot_z: Sequence[ca.SX],
+    sigma: Sequence[ca.SX],
+    height_rate: Sequence[ca.SX],
+    inputs: Inputs,
+    previous: Inputs,
+    point: int = 0,
+) -> Instant:
+    """An instant from the numbers that a transcription holds.
+
+    Args:
+        body: figures of the robot.
+        kinds: of the four feet.
+        base: (r, θ), 6.
+        base_rate: (ṙ, θ̇), 6.
+        foot_xy: contact points, 2 each.
+        foot_z: heights in the world, 1 each.
+        sigma: headings of steerable wheels, 1 each (not read for other kinds).
+        height_rate: ṗz, 1 each.
+        inputs: forces and motions.
+        previous: those of the interval before.
+        point: number of the quadrature point.
+    """
+    r, theta = base[:3], base[3:]
+    R_yaw = R_z(theta[0])
+    feet = []
+    for i, kind in enumerate(kinds):
+        planar: PlanarMotion = planar_motion(
+            kind, inputs.motion[i], sigma[i], theta[0], base_rate[3], body.heading_offset[i]
+        )
+        p = ca.vertcat(foot_xy[i], foot_z[i])
+        feet.append(
+            Foot(
+                index=i,
+                kind=kind,
+                p=p,
+                p_body=R_yaw.T @ (p - r),
+                height=foot_z[i] - body.ground[i],
+                velocity=ca.vertcat(planar.velocity, height_rate[i]),
+                heading=planar.heading,
+                steering=planar.heading - theta[0],
+                heading_rate=planar.heading_rate,
+                speed=planar.speed,
+                lateral_speed=planar.lateral_speed,
+                motion=inputs.motion[i],
+                force=inputs.force[i],
+                previous_force=previous.force[i],
+                previous_motion=previous.motion[i],
+            )
+        )
+    return Instant(body, r, theta, base_rate[:3], base_rate[3:], tuple(feet), point)

@@ -1,0 +1,93 @@
+"""Limits of the joints behind a steerable foot, in closed form (profile `executable`).
+
+With (X, Y) the contact point from the hip_yaw axis in the base-yaw frame, the leg's plane stands at the angle α with
+Rz(α) (direction √(X² + Y² − d²), d) = (X, Y), and hip_yaw = −α. The wheel's heading is σ − θz = −(hip_yaw + ankle_yaw).
+The base is taken as level: it tilts by less than a few degrees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import casadi as ca
+import numpy as np
+from numpy.typing import ArrayLike
+
+from rollgait.ocp.instant import Foot, Instant
+from rollgait.ocp.term import Data, FootConstraint, Limits
+from rollgait.robot.robot import Limb
+
+if TYPE_CHECKING:
+    from rollgait.ocp.problem import Problem
+
+_SQUARE_MIN = 1e-4
+"""m²: smooths √(ρ² − d²) where the foot is under the hip (infeasible, but a solver may try it)."""
+
+
+def limb_of(problem: Problem, leg: int) -> Limb | None:
+    """The figures of the leg's joints, where the foot is a steerable wheel and the robot knows them."""
+    data = problem.robot.leg_list[leg]
+    return data.limb if data.foot == "steerable" else None
+
+
+class JointSteering(FootConstraint):
+    """hip_yaw and the steering joint stay within their limits, less a margin.
+
+    A fixed range of σ − θz is not the hardware's: hip_yaw moves with the foot, about 3 rad per metre.
+    """
+
+    name = "joint_steering"
+    unit = "rad"
+
+    def applies(self, problem: Problem, leg: int) -> bool:
+        return limb_of(problem, leg) is not None
+
+    def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
+        limb = _required(problem, leg)
+        return {"hip": limb.hip, "offset": [limb.plane_offset], "direction": [limb.direction]}
+
+    def limits(self, problem: Problem, leg: int) -> Limits:
+        limb = _required(problem, leg)
+        ranges = np.array([limb.hip_yaw, limb.steering_joint])
+        margin = np.radians(problem.scenario.value_of("bounds", "joint_margin_deg") or 0.0)
+        return ranges[:, :1] + margin, ranges[:, 1:] - margin
+
+    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
+        X, Y = foot.p_body[0] - d.hip[0], foot.p_body[1] - d.hip[1]
+        square = X**2 + Y**2 - d.offset**2
+        extension = d.direction * ca.sqrt(0.5 * (square + ca.sqrt(square**2 + _SQUARE_MIN**2)))
+        alpha = ca.atan2(extension * Y - d.offset * X, extension * X + d.offset * Y)
+        hip_yaw = -alpha
+        return ca.vertcat(hip_yaw, -foot.steering - hip_yaw)
+
+
+class Reach(FootConstraint):
+    """The leg is neither stretched nor folded too far, nor the foot under the hip: limits of e² and of ρ²."""
+
+    name = "reach"
+    unit = "m²"
+
+    def applies(self, problem: Problem, leg: int) -> bool:
+        return limb_of(problem, leg) is not None
+
+    def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
+        limb = _required(problem, leg)
+        return {"hip": limb.hip, "offset": [limb.plane_offset], "ankle_height": [limb.ankle_height]}
+
+    def limits(self, problem: Problem, leg: int) -> Limits:
+        limb = _required(problem, leg)
+        lower = np.square([limb.extension[0], limb.radius_min])
+        return lower[:, None], np.array([[limb.extension[1] ** 2], [np.inf]])
+
+    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
+        from_hip = foot.p_body - d.hip
+        rho_square = ca.sumsqr(from_hip[:2])
+        v = -(from_hip[2] + d.ankle_height)
+        return ca.vertcat(rho_square - d.offset**2 + v**2, rho_square)
+
+
+def _required(problem: Problem, leg: int) -> Limb:
+    limb = limb_of(problem, leg)
+    assert limb is not None, "asked only for legs to which the term applies"
+    return limb

@@ -1,0 +1,43 @@
+"""What a solver reports, while it runs and when it is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One iteration: its number, the cost, and the largest violation of a constraint (scaled)."""
+
+    number: int
+    cost: float
+    violation: float
+
+
+Progress = Callable[[Iteration], None]
+"""Is called after each iteration."""
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a solver found.
+
+    Attributes:
+        w: free variables of the NLP.
+        g: its constraints there.
+        cost: its cost there.
+        solved: whether the solver converged.
+        status: the solver's own word.
+        iterations: how many it took.
+    """
+
+    w: NDArray[np.float64]
+    g: NDArray[np.float64]
+    cost: float
+    solved: bool
+    status: str
+    iterations: int

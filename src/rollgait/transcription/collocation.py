@@ -1,0 +1,351 @@
+"""The paper's transcription: orthogonal collocation, lifted.
+
+The horizon is cut into N equal intervals. In each, the states other than the foot heights are 3rd-order polynomials
+with 3 Gauss-Legendre points and constant inputs u1; the foot heights are parabolas with 2 points and u2 = ṗz free at
+each of them. Intervals are independent; continuity is a constraint. At a collocation point the dynamics is written
+as a residual, in the polynomial's own derivatives, which is the same as θ̈ = f(x, u) and cheaper to differentiate.
+
+All values at supports are columns: support 0 is the node, the others are the collocation points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.dynamics.rigid_body import momentum_rate, torque_about_com
+from rollgait.ocp.instant import Inputs, Instant, make_instant
+from rollgait.ocp.problem import Problem
+from rollgait.ocp.term import Place
+from rollgait.plan.samples import Samples
+from rollgait.plan.trajectory import CollocationTrajectory
+from rollgait.polynomials import HEIGHT_POINTS, STATE_POINTS
+from rollgait.robot.robot import Robot
+from rollgait.transcription.guess import Motion
+from rollgait.transcription.layout import Layout
+from rollgait.transcription.nlp import Block, Nlp, StageFunction
+from rollgait.transcription.stage import RowLabel, Stage, StageBuilder
+from rollgait.transcription.tableau import gauss_legendre
+
+Array = NDArray[np.float64]
+
+STATE = gauss_legendre(STATE_POINTS)
+HEIGHT = gauss_legendre(HEIGHT_POINTS)
+FEET = 4
+
+
+@dataclass(frozen=True)
+class Collocation:
+    """The transcribed problem, and the way from a guess to its variables and from its variables to a motion."""
+
+    problem: Problem
+    nlp: Nlp
+
+    name = "collocation"
+
+    def encode(self, motion: Motion) -> Array:
+        """The free variables that come nearest to a motion."""
+        return _encode(self.problem, motion)[self.nlp.free]
+
+    def decode(self, w: Array) -> CollocationTrajectory:
+        """The motion that free variables mean."""
+        return _decode(self.problem, self.nlp.all_variables(w))
+
+
+def transcribe(problem: Problem) -> Collocation:
+    """The problem as an NLP by collocation."""
+    layout = _layout(problem.robot)
+    count = problem.schedule.intervals
+    node, interval = layout.node.size, layout.node.size + layout.inner.size
+    total = count * interval + node
+    begins = np.arange(count) * interval
+    inside = begins + np.arange(interval + node)[:, None]  # the interval's own variables and the next node
+    inputs = node + np.concatenate([layout.inner.index("force"), layout.inner.index("motion")])
+    before = begins - interval + inputs[:, None]
+    before[:, 0] = -1  # there is no interval before the first
+    intervals = _interval_stage(problem, layout)
+    end = _end_stage(problem, layout)
+    blocks = [
+        Block(intervals, StageFunction("interval", intervals), np.vstack([before, inside])),
+        Block(end, StageFunction("end", end), (total - node + np.arange(node))[:, None], first=count),
+    ]
+    return Collocation(problem, Nlp(blocks, total))
+
+
+# -- variables ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Layouts:
+    """Order of the variables: `state` at one support; `node` = state + heights; `inner` = the rest of an interval."""
+
+    state: Layout
+    node: Layout
+    inner: Layout
+    steerable: tuple[int, ...]
+
+
+def _layout(robot: Robot) -> _Layouts:
+    steerable = tuple(i for i, leg in enumerate(robot.leg_list) if leg.foot == "steerable")
+    state = Layout([("base", 6), ("base_rate", 6), ("xy", 2 * FEET), ("sigma", len(steerable))])
+    node = Layout([("state", state.size), ("z", FEET)])
+    inner = Layout(
+        [
+            ("states", STATE_POINTS * state.size),
+            ("heights", HEIGHT_POINTS * FEET),
+            ("force", 3 * FEET),
+            ("motion", 2 * FEET),
+            ("height_rate", HEIGHT_POINTS * FEET),
+        ]
+    )
+    return _Layouts(state, node, inner, steerable)
+
+
+# -- stages ---------------------------------------------------------------------------------------------------------
+
+
+class _Interval:
+    """The symbols of one interval, its polynomials, and instants anywhere in it."""
+
+    def __init__(self, builder: StageBuilder, layout: _Layouts) -> None:
+        self.builder, self.layout = builder, layout
+        self.kinds = [leg.foot for leg in builder.problem.robot.leg_list]
+        inner = layout.inner
+        self.previous = ca.SX.sym("previous", 5 * FEET)
+        self.node = ca.SX.sym("node", layout.node.size)
+        self.inner = ca.SX.sym("inner", inner.size)
+        self.next_node = ca.SX.sym("next_node", layout.node.size)
+        state_size = layout.state.size
+        node_state, node_z = self.node[layout.node["state"]], self.node[layout.node["z"]]
+        self.states = ca.horzcat(
+            node_state, ca.reshape(self.inner[inner["states"]], state_size, STATE_POINTS)
+        )
+        self.heights = ca.horzcat(node_z, ca.reshape(self.inner[inner["heights"]], FEET, HEIGHT_POINTS))
+        self.height_rates = ca.reshape(self.inner[inner["height_rate"]], FEET, HEIGHT_POINTS)
+        self.inputs = _inputs(builder.body.weight, self.inner[inner["force"]], self.inner[inner["motion"]])
+        self.previous_inputs = _inputs(
+            builder.body.weight, self.previous[: 3 * FEET], self.previous[3 * FEET :]
+        )
+
+    @property
+    def y(self) -> ca.SX:
+        """All local variables, in rising order of their numbers in the whole problem."""
+        return ca.vertcat(self.previous, self.node, self.inner, self.next_node)
+
+    def instant(self, state: ca.SX, z: ca.SX, z_rate: ca.SX, point: int = 0) -> Instant:
+        """An instant with this interval's inputs."""
+        base, rate, xy, sigma = _unpack(self.layout, state)
+        return make_instant(
+            self.builder.body,
+            self.kinds,
+            base,
+            rate,
+            xy,
+            [z[i] for i in range(FEET)],
+            sigma,
+            [z_rate[i] for i in range(FEET)],
+            self.inputs,
+            self.previous_inputs,
+            point,
+        )
+
+    def at_point(self, j: int) -> Instant:
+        """The instant at a collocation point; heights and their rates come from their own polynomial."""
+        tau = STATE.points[j : j + 1]
+        z = ca.mtimes(self.heights, HEIGHT.values_at(tau).T)
+        # ṗz is linear in the interval and known at the two height points
+        weights = (tau - HEIGHT.points[::-1]) / (HEIGHT.points - HEIGHT.points[::-1])
+        return self.instant(self.states[:, 1 + j], z, ca.mtimes(self.height_rates, weights), j)
+
+    def at_node(self) -> Instant:
+        """The instant at the beginning."""
+        return self.instant(self.states[:, 0], self.heights[:, 0], self._height_slope(HEIGHT.slope_begin))
+
+    def at_end(self) -> Instant:
+        """The instant at the end: the next node, still with this interval's inputs and parabolas."""
+        state, z = self.next_node[self.layout.node["state"]], self.next_node[self.layout.node["z"]]
+        return self.instant(
+            state, z, self._height_slope(2 * HEIGHT.end @ _slope_matrix() - HEIGHT.slope_begin)
+        )
+
+    def at_height_point(self, j: int) -> Instant:
+        """The instant at a height point (only the height is that of the point)."""
+        return self.instant(self.states[:, 0], self.heights[:, 1 + j], self.height_rates[:, j])
+
+    def _height_slope(self, weights: Array) -> ca.SX:
+        return ca.mtimes(self.heights, weights) / self.builder.body.interval
+
+
+def _slope_matrix() -> Array:
+    """Derivative of the height parabola at its supports from its values there, (3, 3)."""
+    return np.vstack([HEIGHT.slope_begin, HEIGHT.slope])
+
+
+def _interval_stage(problem: Problem, layout: _Layouts) -> Stage:
+    builder = StageBuilder(problem, problem.schedule.intervals)
+    interval = _Interval(builder, layout)
+    points = [interval.at_point(j) for j in range(STATE_POINTS)]
+    _add_defects(builder, interval, points)
+    _add_continuity(builder, interval)
+    builder.add_costs(points, STATE.weights, terminal=False)
+    builder.add_constraints(
+        {
+            Place.NODE: [interval.at_node()],
+            Place.POINTS: points,
+            Place.INTERVAL_END: [interval.at_end()],
+            Place.HEIGHT_POINTS: [interval.at_height_point(j) for j in range(HEIGHT_POINTS)],
+        }
+    )
+    return builder.finish(interval.y)
+
+
+def _end_stage(problem: Problem, layout: _Layouts) -> Stage:
+    builder = StageBuilder(problem, 1)
+    node = ca.SX.sym("node", layout.node.size)
+    base, rate, xy, sigma = _unpack(layout, node[layout.node["state"]])
+    z = node[layout.node["z"]]
+    x = make_instant(
+        builder.body,
+        [leg.foot for leg in problem.robot.leg_list],
+        base,
+        rate,
+        xy,
+        [z[i] for i in range(FEET)],
+        sigma,
+        [ca.SX.nan(1)] * FEET,
+        Inputs.none(),
+        Inputs.none(),
+    )
+    builder.add_costs([x], np.ones(1), terminal=True)
+    builder.add_constraints({Place.TERMINAL: [x]})
+    return builder.finish(node)
+
+
+def _add_defects(builder: StageBuilder, interval: _Interval, points: Sequence[Instant]) -> None:
+    """The polynomials obey the dynamics at the collocation points: equations 1, 2 and 4."""
+    h, body = builder.body.interval, builder.body
+    inertia_scale = (body.inertia[0, 0] + body.inertia[1, 1] + body.inertia[2, 2]) / 3.0
+    for j, x in enumerate(points):
+        slope = ca.mtimes(interval.states, STATE.slope[j]) / h
+        d_base, dd_base, d_xy, d_sigma = _unpack(interval.layout, slope)
+        forces = [foot.force for foot in x.feet]
+        torque = torque_about_com(x.r, [foot.p for foot in x.feet], forces)
+        momentum = momentum_rate(body.inertia, x.theta, x.dtheta, dd_base[3:])
+        label = RowLabel("dynamics", None, Place.POINTS.name)
+        builder.add_rows(h * (d_base - ca.vertcat(x.dr, x.dtheta)), label)
+        builder.add_rows(h * (dd_base[:3] - x.ddr), label)
+        builder.add_rows(h * (momentum - torque) / inertia_scale, label)
+        for foot in x.feet:
+            foot_label = RowLabel("rolling", foot.index, Place.POINTS.name, unit="m")
+            builder.add_rows(h * (d_xy[foot.index] - foot.velocity[:2]), foot_label)
+            if foot.kind == "steerable":
+                builder.add_rows(h * (d_sigma[foot.index] - foot.heading_rate), foot_label)
+    for j in range(HEIGHT_POINTS):
+        slope = ca.mtimes(interval.heights, HEIGHT.slope[j]) / h
+        builder.add_rows(
+            h * (slope - interval.height_rates[:, j]), RowLabel("height", None, Place.HEIGHT_POINTS.name)
+        )
+
+
+def _add_continuity(builder: StageBuilder, interval: _Interval) -> None:
+    """The polynomials end where the next interval begins."""
+    end = ca.vertcat(ca.mtimes(interval.states, STATE.end), ca.mtimes(interval.heights, HEIGHT.end))
+    builder.add_rows(interval.next_node - end, RowLabel("continuity", None, Place.INTERVAL_END.name))
+
+
+def _unpack(layout: _Layouts, state: ca.SX) -> tuple[ca.SX, ca.SX, list[ca.SX], list[ca.SX]]:
+    """(base, base rate, contact points, headings) of a state; a foot that does not steer has no heading here."""
+    xy, sigma = state[layout.state["xy"]], state[layout.state["sigma"]]
+    headings = [ca.SX(0)] * FEET
+    for number, leg in enumerate(layout.steerable):
+        headings[leg] = sigma[number]
+    feet = [xy[2 * i : 2 * i + 2] for i in range(FEET)]
+    return state[layout.state["base"]], state[layout.state["base_rate"]], feet, headings
+
+
+def _inputs(weight: ca.SX, force: ca.SX, motion: ca.SX) -> Inputs:
+    """Inputs from their variables; forces are solved for in units of the robot's weight, which halves iterations."""
+    return Inputs(
+        [weight * force[3 * i : 3 * i + 3] for i in range(FEET)],
+        [motion[2 * i : 2 * i + 2] for i in range(FEET)],
+    )
+
+
+# -- to and from numbers --------------------------------------------------------------------------------------------
+
+
+def _encode(problem: Problem, motion: Motion) -> Array:
+    layout, schedule = _layout(problem.robot), problem.schedule
+    count, h = schedule.intervals, schedule.interval
+    begins = schedule.node_times[:-1, None]
+    at_support = motion((begins + h * STATE.support).ravel())
+    at_height = motion((begins + h * HEIGHT.points).ravel())
+    middle = motion(begins.ravel() + 0.5 * h)
+    end = motion(np.array([schedule.horizon]))
+    states = _state_rows(layout, at_support).reshape(count, STATE_POINTS + 1, -1)
+    heights = at_support.foot_position[:, :, 2].reshape(count, STATE_POINTS + 1, FEET)[:, 0]
+    inner_heights = at_height.foot_position[:, :, 2].reshape(count, -1)
+    rates = at_height.foot_velocity[:, :, 2].reshape(count, -1)
+    rows = np.hstack(
+        [
+            states[:, 0],
+            heights,
+            states[:, 1:].reshape(count, -1),
+            inner_heights,
+            (middle.force / problem.robot.weight).reshape(count, -1),
+            _motion_inputs(problem.robot, middle).reshape(count, -1),
+            rates,
+        ]
+    )
+    last = np.concatenate([_state_rows(layout, end)[0], end.foot_position[0, :, 2]])
+    return np.concatenate([rows.ravel(), last])
+
+
+def _state_rows(layout: _Layouts, s: Samples) -> Array:
+    xy = s.foot_position[:, :, :2].reshape(len(s.time), -1)
+    sigma = s.heading[:, list(layout.steerable)]
+    return np.hstack([s.com_position, s.euler, s.com_velocity, s.euler_rate, xy, sigma])
+
+
+def _motion_inputs(robot: Robot, s: Samples) -> Array:
+    """The planar inputs (n, 4, 2) of sampled feet: the inverse of `feet_in_world`."""
+    result = np.empty((len(s.time), FEET, 2))
+    for i, leg in enumerate(robot.leg_list):
+        if leg.foot == "steerable":
+            result[:, i] = np.stack([s.speed[:, i], s.heading_rate[:, i]], axis=-1)
+        elif leg.foot == "fixed":
+            c, sn = np.cos(s.heading[:, i]), np.sin(s.heading[:, i])
+            vx, vy = s.foot_velocity[:, i, 0], s.foot_velocity[:, i, 1]
+            result[:, i] = np.stack([c * vx + sn * vy, c * vy - sn * vx], axis=-1)
+        else:
+            result[:, i] = s.foot_velocity[:, i, :2]
+    return result
+
+
+def _decode(problem: Problem, variables: Array) -> CollocationTrajectory:
+    layout, count = _layout(problem.robot), problem.schedule.intervals
+    node, inner = layout.node, layout.inner
+    rows = variables[: count * (node.size + inner.size)].reshape(count, -1)
+    nodes, rest = rows[:, : node.size], rows[:, node.size :]
+    states = np.concatenate(
+        [nodes[:, None, node["state"]], rest[:, inner["states"]].reshape(count, STATE_POINTS, -1)], axis=1
+    )
+    heading = np.zeros((count, STATE_POINTS + 1, FEET))
+    heading[:, :, list(layout.steerable)] = states[:, :, layout.state["sigma"]]
+    return CollocationTrajectory(
+        contact=problem.schedule.contact.T.copy(),
+        interval=np.array(problem.schedule.interval),
+        base=states[:, :, layout.state["base"]].copy(),
+        base_rate=states[:, :, layout.state["base_rate"]].copy(),
+        foot_xy=states[:, :, layout.state["xy"]].reshape(count, STATE_POINTS + 1, FEET, 2).copy(),
+        heading=heading,
+        foot_z=np.concatenate(
+            [nodes[:, None, node["z"]], rest[:, inner["heights"]].reshape(count, HEIGHT_POINTS, FEET)], axis=1
+        ),
+        force=rest[:, inner["force"]].reshape(count, FEET, 3) * problem.robot.weight,
+        motion=rest[:, inner["motion"]].reshape(count, FEET, 2).copy(),
+    )

@@ -1,0 +1,173 @@
+"""The kinematic initial guess: a motion that does what is asked but for the physics.
+
+The base follows minimum-jerk paths from goal to goal, the feet keep their nominal places below it (stepping where
+they cannot roll), wheels point along their feet's paths, folded into ±90° of the base and no faster than they can
+steer, and the forces are those of standing on the feet that are down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.ocp.lift import lift, minimum_jerk
+from rollgait.ocp.problem import Problem
+from rollgait.plan.samples import Samples
+
+Array = NDArray[np.float64]
+Motion = Callable[[Array], Samples]
+"""A motion as a function of time: (n,) in s to samples."""
+
+STILL = 1e-3
+"""m/s below which a foot's velocity says nothing about its heading."""
+GRID = 4
+"""Grid points per interval of the heading's path."""
+
+
+def kinematic_guess(problem: Problem, steering_sign: float = 1.0) -> Motion:
+    """The guess as a function of time.
+
+    Args:
+        problem: what is asked.
+        steering_sign: −1 prefers to roll backwards where the wheels may as well roll forwards.
+    """
+    return _Guess(problem, steering_sign)
+
+
+@dataclass
+class _Guess:
+    problem: Problem
+    steering_sign: float
+
+    def __post_init__(self) -> None:
+        schedule = self.problem.schedule
+        self.grid = np.linspace(0.0, schedule.horizon, GRID * schedule.intervals + 1)
+        self.base, self.base_rate = self._base_path(self.grid)
+        self.foot = np.stack([self._foot_path(leg) for leg in range(4)], axis=1)
+        self.foot_rate = np.gradient(self.foot, self.grid, axis=0)
+        self.heading = np.stack([self._heading_path(leg) for leg in range(4)], axis=1)
+        self.heading_rate = np.gradient(self.heading, self.grid, axis=0)
+
+    # -- base ---------------------------------------------------------------------------------------------------
+
+    def _base_path(self, times: Array) -> tuple[Array, Array]:
+        """(r, θ) and its rate at times, each (n, 6): minimum jerk to each goal in its span of time."""
+        scenario = self.problem.scenario
+        switches = [later.at for later in scenario.goal.then if 0.0 < later.at < scenario.horizon]
+        ends = [*switches, self.problem.schedule.horizon]
+        poses = [self.problem.start.base, *scenario.goal_at(np.array([0.0, *switches]))]
+        pose, rate = np.tile(poses[0], (times.size, 1)), np.zeros((times.size, 6))
+        begin = 0.0
+        for k, end in enumerate(ends):
+            change = poses[k + 1] - poses[k]
+            value, slope = minimum_jerk((times - begin) / (end - begin))
+            pose += value[:, None] * change
+            rate += slope[:, None] * change / (end - begin)
+            begin = end
+        return pose, rate
+
+    def _nominal(self, leg: int, pose: Array) -> Array:
+        """Nominal contact point below base poses (n, 6), in the plane: (n, 2)."""
+        p = self.problem.robot.stance[leg]
+        c, s = np.cos(pose[:, 3]), np.sin(pose[:, 3])
+        return pose[:, :2] + np.stack([c * p[0] - s * p[1], s * p[0] + c * p[1]], axis=-1)
+
+    # -- feet ---------------------------------------------------------------------------------------------------
+
+    def _foot_path(self, leg: int) -> Array:
+        """Contact point in the plane on the grid, (n, 2)."""
+        nominal = self._nominal(leg, self.base)
+        if self.problem.robot.leg_list[leg].foot == "point":
+            return self._footholds(leg, nominal)
+        return nominal
+
+    def _footholds(self, leg: int, nominal: Array) -> Array:
+        """A foot that stands where the base will be half-way through its stance, and swings between."""
+        times, h = self.grid, self.problem.schedule.interval
+        swings = [swing for swing in self.problem.schedule.swings() if swing.leg == leg]
+        result = np.tile(self.problem.start.p_foot[leg, :2], (times.size, 1))
+        place = result[0]
+        for number, swing in enumerate(swings):
+            begin, end = swing.lift_off * h, swing.touch_down * h
+            is_last = number + 1 == len(swings)
+            next_lift = times[-1] if is_last else swings[number + 1].lift_off * h
+            wanted = times[-1] if is_last else 0.5 * (end + next_lift)
+            target = np.array([np.interp(wanted, times, nominal[:, axis]) for axis in range(2)])
+            value = minimum_jerk((times - begin) / (end - begin))[0][:, None]
+            result = np.where(times[:, None] >= begin, place + value * (target - place), result)
+            place = target
+        return result
+
+    def _heading_path(self, leg: int) -> Array:
+        """σ on the grid, (n,): along the foot's path, folded to ±90° of the base, no faster than it can steer."""
+        data, scenario = self.problem.robot.leg_list[leg], self.problem.scenario
+        yaw = self.base[:, 3]
+        if data.foot != "steerable":
+            return yaw + data.heading if data.foot == "fixed" else np.zeros_like(yaw)
+        vx, vy = self.foot_rate[:, leg].T
+        relative = np.arctan2(vy, vx) - yaw
+        low, high = scenario.steering_range(leg)
+        middle = self.steering_sign * 1e-3
+        folded = middle + (relative - middle + 0.5 * np.pi) % np.pi - 0.5 * np.pi
+        moving = np.hypot(vx, vy) > STILL
+        wanted = np.clip(folded, low, high)
+        limit = scenario.value_of("bounds", "steering_rate_max") * (self.grid[1] - self.grid[0])
+        path = np.empty_like(yaw)
+        angle = self.problem.start.heading[leg] - self.problem.start.base[3]
+        for k in range(yaw.size):
+            if moving[k]:
+                angle += np.clip(wanted[k] - angle, -limit, limit)
+            path[k] = angle
+        return path + yaw
+
+    # -- samples ------------------------------------------------------------------------------------------------
+
+    def __call__(self, times: Array) -> Samples:
+        problem = self.problem
+        base, base_rate = self._base_path(times)
+        xy, xy_rate = (
+            _interpolate(times, self.grid, self.foot),
+            _interpolate(times, self.grid, self.foot_rate),
+        )
+        heading = _interpolate(times, self.grid, self.heading)
+        height, height_rate = lift(problem.schedule, problem.scenario.gait.clearance, times)
+        k = np.clip((times / problem.schedule.interval + 1e-9).astype(int), 0, problem.schedule.intervals - 1)
+        contact = problem.schedule.contact[:, k].T
+        along = xy_rate[:, :, 0] * np.cos(heading) + xy_rate[:, :, 1] * np.sin(heading)
+        rolls = np.array([leg.foot != "point" for leg in problem.robot.leg_list])
+        steers = np.array([leg.foot == "steerable" for leg in problem.robot.leg_list])
+        speed = np.where(rolls, along, 0.0)
+        return Samples(
+            time=times,
+            com_position=base[:, :3],
+            euler=base[:, 3:],
+            com_velocity=base_rate[:, :3],
+            euler_rate=base_rate[:, 3:],
+            foot_position=np.concatenate([xy, (problem.scenario.ground.height + height)[..., None]], axis=-1),
+            foot_velocity=np.concatenate([xy_rate, height_rate[..., None]], axis=-1),
+            heading=heading,
+            heading_rate=np.where(steers, _interpolate(times, self.grid, self.heading_rate), 0.0),
+            speed=speed,
+            force=self._static_forces(base, xy, contact),
+            contact=contact,
+        )
+
+    def _static_forces(self, base: Array, xy: Array, contact: NDArray[np.bool_]) -> Array:
+        """Forces of standing still on the feet that are down, (n, 4, 3), none pulling."""
+        robot = self.problem.robot
+        force = np.zeros((len(base), 4, 3))
+        for k, down in enumerate(contact):
+            relative = np.hstack([xy[k, down] - base[k, :2], np.zeros((int(down.sum()), 1))])
+            normal = np.maximum(robot.static_forces(relative), 0.02 * robot.weight)
+            force[k, down, 2] = normal * robot.weight / normal.sum()
+        return force
+
+
+def _interpolate(times: Array, grid: Array, values: Array) -> Array:
+    """Linear interpolation along the first axis."""
+    flat = values.reshape(grid.size, -1)
+    result = np.stack([np.interp(times, grid, column) for column in flat.T], axis=-1)
+    return result.reshape(times.size, *values.shape[1:])

@@ -1,0 +1,351 @@
+"""A nonlinear program made of few stage functions, each repeated many times.
+
+    minimise Σ_b Σ_k cost_b(y_bk, p_bk)   subject to   lower ≤ rows_b(y_bk, p_bk) ≤ upper
+
+where y_bk picks its entries out of the vector of all variables. Derivatives are those of the stage functions,
+mapped over the repetitions and put in their places by index: nothing grows with the horizon but the arrays.
+
+Variables that a row fixes (the initial state, forces in swing, heights in stance) are constants here, rows that
+bound one variable are bounds, and rows without a variable are gone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.transcription.stage import RowLabel, Stage
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+FIXED_TOLERANCE = 1e-12
+"""Limits closer than this fix a variable."""
+CONTRADICTION_TOLERANCE = 1e-6
+"""A row without variables may miss its limits by this much (in its scaling) before it is a contradiction."""
+
+
+class StageFunction:
+    """A stage and its derivatives as CasADi functions of (y, p)."""
+
+    def __init__(self, name: str, stage: Stage) -> None:
+        y, p = stage.y, stage.p
+        lam_f, lam = ca.SX.sym("lam_f"), ca.SX.sym("lam", stage.rows.numel())
+        options = {"cse": True}
+        jacobian = ca.jacobian(stage.rows, y)
+        lagrangian = lam_f * stage.cost + ca.dot(lam, stage.rows)
+        hessian = ca.triu(ca.hessian(lagrangian, y)[0])
+        self.value = ca.Function(f"{name}_value", [y, p], [stage.cost, stage.rows], options)
+        self.gradient = ca.Function(f"{name}_gradient", [y, p], [ca.gradient(stage.cost, y)], options)
+        self.jacobian = ca.Function(f"{name}_jacobian", [y, p], [_nonzeros(jacobian)], options)
+        self.hessian = ca.Function(f"{name}_hessian", [y, p, lam_f, lam], [_nonzeros(hessian)], options)
+        costs = ca.vertcat(*stage.costs.values())
+        self.costs = ca.Function(f"{name}_costs", [y, p], [costs], options)
+        self.jacobian_rows, self.jacobian_cols = _pattern(jacobian)
+        self.hessian_rows, self.hessian_cols = _pattern(hessian)
+        # where the Jacobian depends on y, a row is not linear in that variable
+        self.linear = np.array(
+            [not depends for depends in ca.which_depends(_nonzeros(jacobian), y, 1, True)], dtype=bool
+        )
+
+
+@dataclass(frozen=True)
+class Block:
+    """A stage function and the variables of its repetitions.
+
+    Attributes:
+        stage: the stage with its parameters, limits and labels.
+        function: its functions.
+        variables: which variable of the whole problem each local one is, (n_y, count); −1 stands for zero.
+        first: number of the first repetition on the mesh (for messages).
+    """
+
+    stage: Stage
+    function: StageFunction
+    variables: Index
+    first: int = 0
+
+
+@dataclass(frozen=True)
+class RowOrigin:
+    """Where a constraint of the whole problem comes from."""
+
+    label: RowLabel
+    interval: int
+
+
+class Nlp:
+    """The whole problem, ready for a solver.
+
+    Attributes:
+        size: number of free variables.
+        rows: number of constraints.
+        free: which of all variables are free, in the order of the solver.
+        lower, upper: bounds of the free variables.
+        g_lower, g_upper: limits of the constraints.
+        constants: values of the fixed variables, by their number among all (nan where free).
+        contradictions: rows that no variable can satisfy, with by how much.
+    """
+
+    def __init__(self, blocks: Sequence[Block], total: int) -> None:
+        self.blocks = tuple(blocks)
+        self.total = total
+        self._presolve()
+        self._number_rows()
+        self._make_patterns()
+
+    # -- presolve -----------------------------------------------------------------------------------------------
+
+    def _presolve(self) -> None:
+        """Rows of one variable become bounds; variables with equal bounds become constants."""
+        low, high = np.full(self.total, -np.inf), np.full(self.total, np.inf)
+        kept = [block.stage.holds & _limits_something(block.stage) for block in self.blocks]
+        for block, keep in zip(self.blocks, kept, strict=True):
+            self._take_bounds(block, keep, low, high)
+        crossed = low > high + FIXED_TOLERANCE
+        fixed = high - low <= FIXED_TOLERANCE
+        self.contradictions: list[tuple[RowOrigin, float]] = []
+        if crossed.any():
+            self.contradictions.append((RowOrigin(RowLabel("bounds"), 0), float((low - high).max())))
+        self.constants = np.where(
+            fixed, 0.5 * (np.where(fixed, low, 0.0) + np.where(fixed, high, 0.0)), np.nan
+        )
+        self.free = np.flatnonzero(~fixed)
+        self.size = self.free.size
+        self.lower, self.upper = low[self.free], high[self.free]
+        # position of each variable in [free; constants; 0]
+        self._position = np.empty(self.total + 1, dtype=np.intp)
+        self._position[self.free] = np.arange(self.size)
+        fixed_index = np.flatnonzero(fixed)
+        self._position[fixed_index] = self.size + np.arange(fixed_index.size)
+        self._position[-1] = self.size + fixed_index.size
+        self._fixed_values = np.concatenate([self.constants[fixed_index], [0.0]])
+        for block, keep in zip(self.blocks, kept, strict=True):
+            self._drop_empty(block, keep)
+        self._kept = kept
+
+    def _take_bounds(self, block: Block, keep: NDArray[np.bool_], low: Array, high: Array) -> None:
+        f = block.function
+        entries = np.bincount(f.jacobian_rows, minlength=keep.shape[0])
+        linear = np.ones(keep.shape[0], dtype=bool)
+        np.logical_and.at(linear, f.jacobian_rows, f.linear)
+        single = np.flatnonzero((entries == 1) & linear)
+        if single.size == 0:
+            return
+        nonzero = {row: i for i, row in enumerate(f.jacobian_rows)}
+        zeros = np.zeros(block.variables.shape)
+        slopes = _mapped(f.jacobian, block, zeros)
+        values = _mapped(f.value, block, zeros, output=1)
+        for row in single:
+            i = nonzero[row]
+            stages = np.flatnonzero(keep[row] & (block.variables[f.jacobian_cols[i]] >= 0))
+            a, b = slopes[i, stages], values[row, stages]
+            variable = block.variables[f.jacobian_cols[i], stages]
+            ends = np.stack([block.stage.lower[row, stages] - b, block.stage.upper[row, stages] - b]) / a
+            np.maximum.at(low, variable, ends.min(axis=0))
+            np.minimum.at(high, variable, ends.max(axis=0))
+            keep[row, stages] = False
+
+    def _drop_empty(self, block: Block, keep: NDArray[np.bool_]) -> None:
+        """Rows in which no variable is free are dropped, after a look whether they are satisfied."""
+        f = block.function
+        is_free = self._position[block.variables] < self.size
+        has_free = np.zeros(keep.shape, dtype=bool)
+        np.logical_or.at(has_free, f.jacobian_rows, is_free[f.jacobian_cols])
+        empty = keep & ~has_free
+        if not empty.any():
+            return
+        values = _mapped(f.value, block, self._local(block, np.zeros(self.size)), output=1)
+        excess = np.maximum(block.stage.lower - values, values - block.stage.upper)
+        for row, k in zip(*np.nonzero(empty & ~(excess <= CONTRADICTION_TOLERANCE)), strict=True):
+            origin = RowOrigin(block.stage.labels[row], block.first + int(k))
+            self.contradictions.append((origin, float(excess[row, k])))
+        keep &= has_free
+
+    # -- numbering ----------------------------------------------------------------------------------------------
+
+    def _number_rows(self) -> None:
+        self._row_number = []
+        begin = 0
+        lower, upper = [], []
+        for block, keep in zip(self.blocks, self._kept, strict=True):
+            number = np.full(keep.shape, -1, dtype=np.intp)
+            picked = keep.T  # stage after stage
+            number.T[picked] = begin + np.arange(int(keep.sum()))
+            begin += int(keep.sum())
+            self._row_number.append(number)
+            lower.append(block.stage.lower.T[picked])
+            upper.append(block.stage.upper.T[picked])
+        self.rows = begin
+        self.g_lower, self.g_upper = np.concatenate(lower), np.concatenate(upper)
+
+    def _make_patterns(self) -> None:
+        """Where the nonzeros of the stage derivatives go in the whole Jacobian and Hessian."""
+        j_rows, j_cols, j_source = [], [], []
+        h_rows, h_cols, h_source = [], [], []
+        j_begin = h_begin = 0
+        for block, number in zip(self.blocks, self._row_number, strict=True):
+            f, count = block.function, block.stage.count
+            position = self._position[block.variables]
+            rows, cols = number[f.jacobian_rows], position[f.jacobian_cols]
+            used = (rows >= 0) & (cols < self.size)
+            source = np.arange(rows.size).reshape(count, -1).T + j_begin  # column-major: stage after stage
+            j_rows.append(rows[used])
+            j_cols.append(cols[used])
+            j_source.append(source[used])
+            j_begin += rows.size
+            rows, cols = position[f.hessian_rows], position[f.hessian_cols]
+            used = (rows < self.size) & (cols < self.size)
+            source = np.arange(rows.size).reshape(count, -1).T + h_begin
+            h_rows.append(np.minimum(rows, cols)[used])
+            h_cols.append(np.maximum(rows, cols)[used])
+            h_source.append(source[used])
+            h_begin += rows.size
+        self.jacobian_sparsity, self._jacobian_source = _assemble_unique(
+            self.rows, self.size, np.concatenate(j_rows), np.concatenate(j_cols), np.concatenate(j_source)
+        )
+        self.hessian_sparsity, self._hessian_sum = _assemble_sum(
+            self.size, np.concatenate(h_rows), np.concatenate(h_cols), np.concatenate(h_source), h_begin
+        )
+
+    @cached_property
+    def origins(self) -> list[RowOrigin]:
+        """Where each constraint comes from, in the order of the solver's rows."""
+        result: list[RowOrigin] = []
+        for block, keep in zip(self.blocks, self._kept, strict=True):
+            for k, row in zip(*np.nonzero(keep.T), strict=True):
+                result.append(RowOrigin(block.stage.labels[row], block.first + int(k)))
+        return result
+
+    # -- values -------------------------------------------------------------------------------------------------
+
+    def _local(self, block: Block, w: Array) -> Array:
+        return np.concatenate([w, self._fixed_values])[self._position[block.variables]]
+
+    def all_variables(self, w: Array) -> Array:
+        """All variables, the fixed ones included, from the free ones."""
+        result = self.constants.copy()
+        result[self.free] = w
+        return result
+
+    def costs(self, w: Array) -> dict[str, float]:
+        """The cost term by term at the free variables `w`."""
+        total: dict[str, float] = {}
+        for block in self.blocks:
+            values = _mapped(block.function.costs, block, self._local(block, w)).sum(axis=1)
+            for name, value in zip(block.stage.costs, values, strict=True):
+                total[name] = total.get(name, 0.0) + float(value)
+        return total
+
+    def violations(self, g: Array, w: Array) -> Array:
+        """By how much each constraint, then each bound, is violated (0 where it holds)."""
+        excess = np.maximum(self.g_lower - g, g - self.g_upper)
+        beyond = np.maximum(self.lower - w, w - self.upper)
+        return np.maximum(np.concatenate([excess, beyond]), 0.0)
+
+    # -- functions of the whole problem -------------------------------------------------------------------------
+
+    @cached_property
+    def parameters(self) -> Array:
+        """All numbers that the problem depends on: fixed variables, then the parameters of each block."""
+        return np.concatenate(
+            [self._fixed_values, *(b.stage.parameters.ravel(order="F") for b in self.blocks)]
+        )
+
+    @cached_property
+    def functions(self) -> dict[str, ca.Function]:
+        """f, g and their derivatives as CasADi functions of (x, p), under the names that `nlpsol` gives them."""
+        x, p = ca.MX.sym("x", self.size), ca.MX.sym("p", self.parameters.size)
+        lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.rows)
+        fixed = self._fixed_values.size
+        with_constants = ca.vertcat(x, p[:fixed])
+        lam_padded = ca.vertcat(lam_g, 0)
+        begin = fixed
+        f, g_parts, gradient, jacobian, hessian = ca.MX(0), [], ca.MX(self.size, 1), [], []
+        for block, keep, number in zip(self.blocks, self._kept, self._row_number, strict=True):
+            function, count = block.function, block.stage.count
+            position = self._position[block.variables]
+            y = ca.reshape(with_constants[_indices(position)], position.shape[0], count)
+            size = block.stage.parameters.size
+            parameters = ca.reshape(p[begin : begin + size], -1, count)
+            begin += size
+            cost, rows = function.value.map(count)(y, parameters)
+            f += ca.sum2(cost)
+            g_parts.append(ca.vec(rows)[_indices(np.flatnonzero(keep.T.ravel()))])
+            gradient += ca.mtimes(self._gather(position), ca.vec(function.gradient.map(count)(y, parameters)))
+            jacobian.append(ca.vec(function.jacobian.map(count)(y, parameters)))
+            lam = ca.reshape(lam_padded[_indices(np.where(number < 0, self.rows, number))], -1, count)
+            hessian.append(
+                ca.vec(function.hessian.map(count)(y, parameters, ca.repmat(lam_f, 1, count), lam))
+            )
+        g = ca.vertcat(*g_parts)
+        jac_g = ca.MX(self.jacobian_sparsity, ca.vertcat(*jacobian)[_indices(self._jacobian_source)])
+        hess = ca.MX(self.hessian_sparsity, ca.mtimes(self._hessian_sum, ca.vertcat(*hessian)))
+        return {
+            "nlp": ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"]),
+            "nlp_f": ca.Function("nlp_f", [x, p], [f], ["x", "p"], ["f"]),
+            "nlp_g": ca.Function("nlp_g", [x, p], [g], ["x", "p"], ["g"]),
+            "nlp_grad_f": ca.Function("nlp_grad_f", [x, p], [f, gradient], ["x", "p"], ["f", "grad_f_x"]),
+            "nlp_jac_g": ca.Function("nlp_jac_g", [x, p], [g, jac_g], ["x", "p"], ["g", "jac_g_x"]),
+            "nlp_hess_l": ca.Function(
+                "nlp_hess_l",
+                [x, p, lam_f, lam_g],
+                [hess],
+                ["x", "p", "lam_f", "lam_g"],
+                ["triu_hess_gamma_x_x"],
+            ),
+        }
+
+    def _gather(self, position: Index) -> ca.DM:
+        """The matrix that adds local gradients (stage after stage) into that of the free variables."""
+        flat = position.ravel(order="F")
+        local = np.flatnonzero(flat < self.size)
+        pattern = ca.Sparsity.triplet(self.size, flat.size, flat[local].tolist(), local.tolist())
+        return ca.DM(pattern, 1.0)
+
+
+def _limits_something(stage: Stage) -> NDArray[np.bool_]:
+    return np.asarray(np.isfinite(stage.lower) | np.isfinite(stage.upper))
+
+
+def _mapped(function: ca.Function, block: Block, y: Array, output: int = 0) -> Array:
+    """A stage function at all repetitions of its block."""
+    result = function.map(block.stage.count)(y, block.stage.parameters)
+    return np.asarray(result[output] if isinstance(result, tuple) else result)
+
+
+def _nonzeros(matrix: ca.SX) -> ca.SX:
+    return ca.vertcat(*matrix.nonzeros()) if matrix.nnz() else ca.SX(0, 1)
+
+
+def _pattern(matrix: ca.SX) -> tuple[Index, Index]:
+    rows, cols = matrix.sparsity().get_triplet()
+    return np.array(rows, dtype=np.intp), np.array(cols, dtype=np.intp)
+
+
+def _indices(array: Index) -> list[int]:
+    return array.ravel(order="F").tolist()
+
+
+def _assemble_unique(
+    n_rows: int, n_cols: int, rows: Index, cols: Index, source: Index
+) -> tuple[ca.Sparsity, Index]:
+    """A sparsity and, for each of its nonzeros, which source entry fills it; no two may fall together."""
+    order = np.lexsort((rows, cols))
+    sparsity = ca.Sparsity.triplet(n_rows, n_cols, rows.tolist(), cols.tolist())
+    assert sparsity.nnz() == rows.size, "a variable stands twice in one row's stage"
+    return sparsity, source[order]
+
+
+def _assemble_sum(n: int, rows: Index, cols: Index, source: Index, sources: int) -> tuple[ca.Sparsity, ca.DM]:
+    """A sparsity and the matrix that adds source entries into its nonzeros."""
+    key = cols * n + rows
+    unique, target = np.unique(key, return_inverse=True)
+    sparsity = ca.Sparsity.triplet(n, n, (unique % n).tolist(), (unique // n).tolist())
+    pattern = ca.Sparsity.triplet(unique.size, sources, target.tolist(), source.tolist())
+    return sparsity, ca.DM(pattern, 1.0)
