@@ -36,8 +36,10 @@ def plan(
     Exit status: 0 solved and certified, 1 not solved or not certified (what was found is still written,
     marked), 2 wrong input.
     """
-    target = _target(out or Path(f"{Path(scenario).stem}.npz"))
     asked = scenario_with(scenario, settings, profile)
+    if out is not None:
+        check_writable(out)
+    target = _target(out or Path(f"{Path(scenario).stem}.npz"))
     check_writable(target)
     from rollgait.planner import plan as make_plan  # loads CasADi: only once the input is known to be right
 

@@ -33,7 +33,7 @@ class SwingPhase:
         return (self.lift_off + self.touch_down) // 2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ContactSchedule:
     """Which foot is on the ground in which interval.
 
@@ -44,6 +44,14 @@ class ContactSchedule:
 
     contact: NDArray[np.bool_]
     interval: float
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, ContactSchedule):
+            return NotImplemented
+        return self.interval == other.interval and np.array_equal(self.contact, other.contact)
+
+    def __hash__(self) -> int:
+        return hash((self.contact.tobytes(), self.interval))
 
     @property
     def intervals(self) -> int:

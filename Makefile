@@ -1,0 +1,47 @@
+# Everything happens in .venv; nothing is fetched from anywhere but the package index.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+DEMO := hybrid-forward
+# Two workers: the tests that plan are bound by memory as much as by cores.
+WORKERS ?= 2
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test lint docs bench clean
+
+help: ## Say what there is.
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 16
+
+demo: $(READY) ## Plan CENTAURO's hybrid motion into out/, with its figures.
+	@mkdir -p out
+	@$(BIN)/rollgait plan $(DEMO) --out out/$(DEMO).npz
+	@$(BIN)/rollgait plot out/$(DEMO).npz --out out/$(DEMO)-figures
+	@echo
+	@echo "Type next:"
+	@echo "  source $(BIN)/activate"
+	@echo "  rollgait check out/$(DEMO).npz      judge the plan again"
+	@echo "  rollgait scenarios                       see the other motions"
+	@echo "  rollgait show $(DEMO) > my.yaml    start one of your own"
+
+test: $(READY) ## Run the tests.
+	@$(BIN)/python -m pytest -q -n $(WORKERS)
+
+lint: $(READY) ## Check style, types and the tables in docs/.
+	@$(BIN)/ruff check
+	@$(BIN)/ruff format --check --quiet || { echo "run: $(BIN)/ruff format"; exit 1; }
+	@$(BIN)/mypy
+	@$(BIN)/python tools/field_tables.py --check
+
+docs: $(READY) ## Write the tables in docs/ anew from the code.
+	@$(BIN)/python tools/field_tables.py
+
+bench: $(READY) ## Run the benchmarks.
+	@for file in benchmarks/*.py; do echo "$$file"; $(BIN)/python $$file || exit 1; done
+
+clean: ## Remove all that make has made.
+	rm -rf $(VENV) out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis src/*.egg-info
+
+$(READY): pyproject.toml tools/make_venv.sh
+	@tools/make_venv.sh $(PYTHON) $(VENV)
+	@touch $@
