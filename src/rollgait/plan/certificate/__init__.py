@@ -1,0 +1,9 @@
+"""The certificate: a judgement of a plan by code that shares nothing with the optimiser.
+
+It uses NumPy, SciPy's DOP853 and its own equations of motion, and knows the plan only through `plan.sample`.
+"""
+
+from rollgait.plan.certificate.judge import certify
+from rollgait.plan.certificate.rows import Certificate, Row, Verdict
+
+__all__ = ["Certificate", "Row", "Verdict", "certify"]

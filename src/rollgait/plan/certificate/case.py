@@ -1,0 +1,94 @@
+"""What every check needs: the plan's samples, the robot, the scenario and what it promises."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.plan.certificate.motion import DenseMotion
+from rollgait.plan.certificate.physics import Array, in_yaw_frame
+from rollgait.plan.plan import Plan
+from rollgait.robot.robot import FootKind, Leg, Robot
+from rollgait.scenario.scenario import Scenario
+from rollgait.scenario.schedule import ContactSchedule
+
+
+@dataclass(frozen=True)
+class Case:
+    """A plan to be judged."""
+
+    plan: Plan
+    motion: DenseMotion
+
+    @property
+    def robot(self) -> Robot:
+        """The plan's robot."""
+        return self.plan.robot
+
+    @property
+    def scenario(self) -> Scenario:
+        """What was asked."""
+        return self.plan.scenario
+
+    @property
+    def schedule(self) -> ContactSchedule:
+        """The plan's schedule."""
+        return self.plan.schedule
+
+    @property
+    def legs(self) -> tuple[Leg, ...]:
+        """The robot's legs, FL, FR, HL, HR."""
+        return self.robot.leg_list
+
+    def bound(self, name: str) -> Any:
+        """A bound of the scenario or of its profile, or None."""
+        return self.scenario.value_of("bounds", name)
+
+    def has(self, *terms: str) -> bool:
+        """Whether all these terms are part of the problem: none is named in `bounds.without`."""
+        return not set(terms) & set(self.scenario.bounds.without)
+
+    def feet(self, *kinds: FootKind) -> NDArray[np.bool_]:
+        """Which feet are of one of these kinds, (4,)."""
+        return np.array([leg.foot in kinds for leg in self.legs])
+
+    @cached_property
+    def foot_base_yaw(self) -> Array:
+        """Rzᵀ(p − r), (N, K, 4, 3), m."""
+        at = self.motion.at
+        return in_yaw_frame(at.foot_position - at.com_position[..., None, :], at.euler[..., :1])
+
+    @cached_property
+    def steering(self) -> Array:
+        """σ − θz, (N, K, 4), rad."""
+        return np.asarray(self.motion.at.heading - self.motion.at.euler[..., :1])
+
+    @cached_property
+    def planar_speeds(self) -> tuple[Array, Array]:
+        """Speeds of the feet along and across their headings, two arrays (N, K, 4), m/s.
+
+        By the model of each foot: what rolls has no speed across, what stands has none; only of what moves
+        freely the velocity is the one that the plan states.
+        """
+        at, stance = self.motion.at, self.motion.in_stance
+        c, s = np.cos(at.heading), np.sin(at.heading)
+        vx, vy = at.foot_velocity[..., 0], at.foot_velocity[..., 1]
+        rolls = self.feet("steerable") | (self.feet("fixed") & stance)
+        stands = self.feet("point") & stance
+        along = np.where(rolls, at.speed, np.where(stands, 0.0, c * vx + s * vy))
+        return along, np.where(rolls | stands, 0.0, c * vy - s * vx)
+
+    @property
+    def knows_joints(self) -> bool:
+        """Whether the robot has figures of the joints behind each steerable foot, and has such feet."""
+        limbs = [leg.limb for leg in self.legs if leg.foot == "steerable"]
+        return bool(limbs) and None not in limbs
+
+    @property
+    def steers_by_joints(self) -> bool:
+        """Whether the joints limit the steering of steerable feet, in place of a fixed range."""
+        return bool(self.bound("joint_steering")) and self.has("joint_steering") and self.knows_joints

@@ -1,0 +1,177 @@
+"""Does the motion obey the physics? Every interval is integrated anew and compared with the plan."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from rollgait.plan.certificate import tolerances as tol
+from rollgait.plan.certificate.case import Case
+from rollgait.plan.certificate.motion import SAMPLES, interpolation
+from rollgait.plan.certificate.physics import (
+    Array,
+    BodyState,
+    Inputs,
+    angular_velocity_world,
+    derivative,
+    rotation_angle,
+    rotation_world_base,
+)
+from rollgait.plan.certificate.rows import Row, measured
+
+RELATIVE_ACCURACY = 1e-9
+ABSOLUTE_ACCURACY = 1e-10
+"""Of the integrator, SI units; several orders below the tolerated defects."""
+EVALUATIONS = 3000
+"""Of the equations of motion; a plan that needs more (usual: about 100) is wild, and counts as failed."""
+
+
+class _TooWildError(Exception):
+    """The integrator ran out of evaluations."""
+
+
+def check_defects(case: Case) -> Iterator[Row]:
+    """Distance between plan and integrated motion: at dense times, and where the next interval begins."""
+    planned = _planned_states(case)
+    integrated = integrate(case, planned)
+    time = _comparison_times(case)
+
+    def apart(a: Array, b: Array) -> Array:
+        return np.asarray(np.linalg.norm(a - b, axis=-1))
+
+    yield from measured(
+        "position_defect",
+        "CoM position against integrated dynamics, per interval",
+        "m",
+        apart(integrated.position, planned.position),
+        tol.DEFECT_POSITION,
+        time,
+    )
+    yield from measured(
+        "angle_defect",
+        "orientation against integrated dynamics, per interval",
+        "rad",
+        np.maximum(rotation_angle(integrated.rotation, planned.rotation), _euler_jumps(case)),
+        tol.DEFECT_ANGLE,
+        time,
+    )
+    yield from measured(
+        "velocity_defect",
+        "CoM velocity against integrated dynamics, per interval",
+        "m/s",
+        apart(integrated.velocity, planned.velocity),
+        tol.DEFECT_VELOCITY,
+        time,
+    )
+    yield from measured(
+        "angular_velocity_defect",
+        "angular velocity against integrated dynamics, per interval",
+        "rad/s",
+        apart(integrated.angular_velocity, planned.angular_velocity),
+        tol.DEFECT_ANGULAR_VELOCITY,
+        time,
+    )
+    yield from measured(
+        "foot_defect",
+        "contact points against their integrated speeds, per interval",
+        "m",
+        apart(integrated.foot, planned.foot),
+        tol.DEFECT_POSITION,
+        time,
+    )
+    yield from measured(
+        "heading_defect",
+        "wheel headings against their integrated rates, per interval",
+        "rad",
+        np.abs(integrated.heading - planned.heading),
+        tol.DEFECT_ANGLE,
+        time,
+        where=case.feet("steerable", "fixed"),
+    )
+
+
+def integrate(case: Case, planned: BodyState) -> BodyState:
+    """All intervals at once, each from the plan's state at its beginning, under the plan's inputs.
+
+    Args:
+        case: the plan.
+        planned: the plan's states with leading axes (N, K + 1).
+
+    Returns:
+        states with leading axes (N, K + 1); infinite if the motion is too wild to be integrated.
+    """
+    motion, robot = case.motion, case.robot
+    count, h = motion.stance.shape[0], motion.interval
+    inputs = np.moveaxis(_planned_inputs(case).flat(), 1, 0).reshape(SAMPLES, -1)
+    begin = planned.flat()[:, 0]
+    evaluations = 0
+
+    def right_side(t: float, y: Array) -> Array:
+        nonlocal evaluations
+        evaluations += 1
+        if evaluations > EVALUATIONS:
+            raise _TooWildError
+        now = (interpolation(motion.tau[0] + t / h) @ inputs).reshape(count, -1)
+        state = BodyState.from_flat(y.reshape(count, -1))
+        return derivative(robot, state, Inputs.from_flat(now)).flat().ravel()
+
+    # the last time is where the next interval's first sample lies
+    times = np.append(motion.tau - motion.tau[0], 1.0) * h
+    try:
+        solution = solve_ivp(
+            right_side,
+            (0.0, h),
+            begin.ravel(),
+            method="DOP853",
+            t_eval=times,
+            rtol=RELATIVE_ACCURACY,
+            atol=ABSOLUTE_ACCURACY,
+        )
+        complete = solution.y.shape[1] == times.size
+    except _TooWildError:
+        complete = False
+    if not complete:
+        return BodyState.from_flat(np.full((count, times.size, begin.shape[1]), np.inf))
+    return BodyState.from_flat(np.moveaxis(solution.y.reshape(count, -1, times.size), 2, 1))
+
+
+def _planned_states(case: Case) -> BodyState:
+    """The plan's states, (N, K + 1): at the samples, and at the first one of the next interval."""
+    at = case.motion.at
+    return BodyState(
+        position=_with_next(at.com_position),
+        velocity=_with_next(at.com_velocity),
+        rotation=_with_next(rotation_world_base(at.euler)),
+        angular_velocity=_with_next(angular_velocity_world(at.euler, at.euler_rate)),
+        foot=_with_next(at.foot_position),
+        heading=_with_next(at.heading),
+    )
+
+
+def _planned_inputs(case: Case) -> Inputs:
+    """What drives the motion, (N, K)."""
+    at = case.motion.at
+    along, across = case.planar_speeds
+    return Inputs(at.force, along, across, at.foot_velocity[..., 2], at.heading_rate)
+
+
+def _with_next(values: Array) -> Array:
+    """(N, K, …) → (N, K + 1, …): adds the first value of the next interval; to the last, its own last one."""
+    behind = np.concatenate([values[1:, :1], values[-1:, -1:]], axis=0)
+    return np.concatenate([values, behind], axis=1)
+
+
+def _comparison_times(case: Case) -> Array:
+    time = case.motion.time
+    return np.concatenate([time, time[:, -1:]], axis=1)
+
+
+def _euler_jumps(case: Case) -> Array:
+    """Jumps of the Euler angles between intervals, (N, K + 1), rad: here a full turn is not nothing."""
+    euler, rate = case.motion.at.euler, case.motion.at.euler_rate
+    gap = (1.0 - case.motion.tau[-1] + case.motion.tau[0]) * case.motion.interval
+    jumps = np.zeros((euler.shape[0], SAMPLES + 1))
+    jumps[:-1, -1] = np.linalg.norm(euler[1:, 0] - euler[:-1, -1] - gap * rate[:-1, -1], axis=-1)
+    return jumps

@@ -1,0 +1,177 @@
+"""Does the motion begin where the robot stands, and end at rest at the goal?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rollgait.plan.certificate import tolerances as tol
+from rollgait.plan.certificate.case import Case
+from rollgait.plan.certificate.physics import Array, in_yaw_frame
+from rollgait.plan.certificate.rows import Row, measured
+
+
+def check_start(case: Case) -> Iterator[Row]:
+    """At t = 0 the robot stands where the scenario says, at rest, level, its feet at their nominal places."""
+    begin, scenario = case.plan.sample([0.0]), case.scenario
+    yaw = np.radians(scenario.start.yaw_deg)
+    com = np.array([scenario.start.x, scenario.start.y, scenario.height])
+    nominal = com + in_yaw_frame(case.robot.stance, np.asarray(-yaw))
+    time = begin.time
+    yield from measured(
+        "start_position",
+        "CoM at the start",
+        "m",
+        _norm(begin.com_position - com),
+        tol.START_POSITION,
+        time,
+        promised=case.has("start"),
+    )
+    yield from measured(
+        "start_angle",
+        "orientation at the start",
+        "rad",
+        _norm(begin.euler - np.array([yaw, 0.0, 0.0])),
+        tol.END_ANGLE,
+        time,
+        promised=case.has("start"),
+    )
+    yield from measured(
+        "start_velocity",
+        "CoM velocity at the start",
+        "m/s",
+        _norm(begin.com_velocity),
+        tol.END_SPEED,
+        time,
+        promised=case.has("start"),
+    )
+    yield from measured(
+        "start_rate",
+        "angular rates at the start",
+        "rad/s",
+        _norm(begin.euler_rate),
+        tol.END_RATE,
+        time,
+        promised=case.has("start"),
+    )
+    yield from measured(
+        "start_feet",
+        "feet at the start against the nominal stance",
+        "m",
+        _norm(begin.foot_position - nominal),
+        tol.START_POSITION,
+        time,
+        promised=case.has("foot_start"),
+    )
+    yield from measured(
+        "start_heading",
+        "wheel headings at the start",
+        "rad",
+        np.abs(begin.heading - yaw - scenario.start_headings()),
+        tol.END_ANGLE,
+        time,
+        where=case.feet("steerable", "fixed"),
+        promised=case.has("foot_start"),
+    )
+
+
+def check_goal(case: Case) -> Iterator[Row]:
+    """The goal is a cost; only the terminal one promises to get there."""
+    end = case.plan.sample([case.plan.horizon])
+    goal = case.scenario.goal_at(end.time)
+    promised = bool(case.scenario.value_of("weights", "terminal_goal")) and case.has("terminal_goal")
+    legged = bool(case.feet("point").any())
+    yield from measured(
+        "goal_distance",
+        "CoM from the goal at the end, horizontally",
+        "m",
+        _norm(end.com_position[:, :2] - goal[:, :2]),
+        tol.GOAL_DISTANCE_LEGGED if legged else tol.GOAL_DISTANCE,
+        end.time,
+        promised=promised,
+    )
+    yield from measured(
+        "goal_yaw",
+        "yaw from the goal at the end",
+        "deg",
+        np.degrees(np.abs(end.euler[:, 0] - goal[:, 3])),
+        tol.GOAL_YAW,
+        end.time,
+        promised=promised,
+    )
+
+
+def check_rest(case: Case) -> Iterator[Row]:
+    """At the end nothing moves and the base is level."""
+    end = case.plan.sample([case.plan.horizon])
+    level = bool(case.bound("level_at_end")) and case.has("level_at_end")
+    rest = case.has("rest_at_end")
+    yield from measured(
+        "end_velocity",
+        "CoM velocity at the end",
+        "m/s",
+        _norm(end.com_velocity),
+        tol.END_SPEED,
+        end.time,
+        promised=rest,
+    )
+    yield from measured(
+        "end_wheel_speed",
+        "rolling speed at the end",
+        "m/s",
+        np.abs(end.speed),
+        tol.END_SPEED,
+        end.time,
+        where=case.feet("steerable", "fixed"),
+        promised=case.has("wheels_rest_at_end"),
+    )
+    yield from measured(
+        "end_rate",
+        "angular rates at the end",
+        "rad/s",
+        _norm(end.euler_rate),
+        tol.END_RATE,
+        end.time,
+        promised=level,
+    )
+    yield from measured(
+        "end_level",
+        "larger of pitch and roll at the end",
+        "rad",
+        np.abs(end.euler[:, 1:]).max(axis=-1),
+        tol.END_ANGLE,
+        end.time,
+        promised=level,
+    )
+
+
+def check_final_stance(case: Case) -> Iterator[Row]:
+    """The robot ends in its nominal stance."""
+    end = case.plan.sample([case.plan.horizon])
+    place = in_yaw_frame(end.foot_position - end.com_position[:, None, :], end.euler[:, :1])
+    # a point foot that never swings cannot move: where it ends follows from the goal alone
+    moves = ~case.feet("point") | ~case.schedule.contact.all(axis=1)
+    yield from measured(
+        "end_feet",
+        "feet at the end against the nominal stance, horizontally",
+        "m",
+        _norm((place - case.robot.stance)[..., :2]),
+        tol.END_POSITION,
+        end.time,
+        where=moves,
+        promised=case.has("stance_at_end"),
+    )
+    yield from measured(
+        "end_height",
+        "height of the CoM at the end against the nominal stance",
+        "m",
+        np.abs(end.com_position[:, 2] - case.scenario.height),
+        tol.END_POSITION,
+        end.time,
+        promised=case.has("height_at_end"),
+    )
+
+
+def _norm(vector: Array) -> Array:
+    return np.asarray(np.linalg.norm(vector, axis=-1))

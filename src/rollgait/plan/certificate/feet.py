@@ -1,0 +1,142 @@
+"""Do the feet stand, swing, and carry as feet can? Ground, slip, swing and contact forces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rollgait.plan.certificate import tolerances as tol
+from rollgait.plan.certificate.case import Case
+from rollgait.plan.certificate.physics import in_yaw_frame
+from rollgait.plan.certificate.rows import Row, measured
+from rollgait.robot.robot import LEG_NAMES
+
+
+def check_stance(case: Case) -> Iterator[Row]:
+    """Feet in stance stay on the ground and do not slip."""
+    motion = case.motion
+    height = motion.at.foot_position[..., 2] - case.scenario.ground.height
+    yield from measured(
+        "stance_height",
+        "height of feet in stance off the ground",
+        "m",
+        np.abs(height),
+        tol.HEIGHT,
+        motion.time,
+        where=motion.in_stance,
+        promised=case.has("stance_height"),
+    )
+    speed = np.where(case.feet("point"), 0.0, motion.at.speed)
+    rolling = np.stack([speed * np.cos(motion.at.heading), speed * np.sin(motion.at.heading)], axis=-1)
+    yield from measured(
+        "stance_slip",
+        "velocity of feet in stance that rolling does not explain, from the path",
+        "m/s",
+        np.linalg.norm(motion.path_velocity[..., :2] - rolling, axis=-1),
+        tol.SLIP,
+        motion.time,
+        where=motion.in_stance,
+        promised=case.has("stance_motion"),
+    )
+
+
+def check_swing(case: Case) -> Iterator[Row]:
+    """Feet in swing clear the ground and are set down gently."""
+    motion, ground = case.motion, case.scenario.ground.height
+    swings = list(case.schedule.swings())
+    if not swings:
+        return
+    clearance, touch_down = np.full((2, case.schedule.intervals + 1, len(LEG_NAMES)), np.nan)
+    middle = ground + case.scenario.gait.clearance
+    foot_z, foot_vz = motion.at.foot_position[..., 2], motion.path_velocity[..., 2]
+    for swing in swings:
+        both_sides = np.array([foot_z[swing.middle - 1, -1, swing.leg], foot_z[swing.middle, 0, swing.leg]])
+        clearance[swing.middle, swing.leg] = np.abs(both_sides - middle).max()
+        touch_down[swing.touch_down, swing.leg] = abs(foot_vz[swing.touch_down - 1, -1, swing.leg])
+    nodes = case.schedule.node_times
+    yield from measured(
+        "swing_clearance",
+        "height of the foot in mid-swing against the asked clearance",
+        "m",
+        clearance,
+        tol.CLEARANCE,
+        nodes,
+        where=~np.isnan(clearance),
+        promised=case.has("clearance"),
+    )
+    yield from measured(
+        "swing_ground",
+        "depth of feet in swing below the ground",
+        "m",
+        np.maximum(ground - foot_z, 0.0),
+        tol.HEIGHT,
+        motion.time,
+        where=~motion.in_stance,
+        promised=case.has("ground"),
+    )
+    limit = case.bound("touchdown_speed")
+    yield from measured(
+        "touchdown_speed",
+        "vertical speed at touch-down",
+        "m/s",
+        touch_down,
+        None if limit is None else limit + tol.SPEED_MARGIN,
+        nodes,
+        where=~np.isnan(touch_down),
+        promised=case.has("touchdown_speed"),
+    )
+
+
+def check_forces(case: Case) -> Iterator[Row]:
+    """Contact forces in the contact frame: along the heading, across it, normal (point feet: world axes)."""
+    motion, ground = case.motion, case.scenario.ground
+    heading = np.where(case.feet("point"), 0.0, motion.at.heading)
+    along, across, normal = np.moveaxis(in_yaw_frame(motion.at.force, heading), -1, 0)
+    mu = ground.friction / (np.sqrt(2.0) if case.scenario.bounds.inscribed else 1.0)
+    yield from measured(
+        "friction_margin",
+        "friction that is left: μ fz − max(|fx|, |fy|)",
+        "N",
+        mu * normal - np.maximum(np.abs(along), np.abs(across)),
+        -tol.FORCE,
+        motion.time,
+        where=motion.in_stance,
+        at_least=True,
+        promised=case.has("friction"),
+    )
+    limited = case.has("force_limits")
+    yield from measured(
+        "force_min_margin",
+        "normal force above the smallest allowed",
+        "N",
+        normal - (case.bound("force_min") or 0.0),
+        -tol.FORCE,
+        motion.time,
+        where=motion.in_stance,
+        at_least=True,
+        promised=limited,
+    )
+    own = case.bound("force_max")
+    largest = np.array([min(leg.force_max, own or np.inf) for leg in case.legs])
+    yield from measured(
+        "force_max_margin",
+        "normal force below the largest allowed",
+        "N",
+        largest - normal,
+        -tol.FORCE,
+        motion.time,
+        where=motion.in_stance,
+        at_least=True,
+        promised=limited,
+    )
+    yield from measured(
+        "swing_force",
+        "contact force on feet in swing",
+        "N",
+        np.linalg.norm(motion.at.force, axis=-1),
+        tol.FORCE,
+        motion.time,
+        where=~motion.in_stance,
+        promised=case.has("swing_force"),
+    )

@@ -1,0 +1,144 @@
+"""What a certificate says: rows of plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.errors import UnknownNameError
+from rollgait.robot.robot import LEG_NAMES, LegName
+
+MICROSECONDS = 6
+"""Decimals of a row's time in s: samples lie a little inside their interval, which is of no interest here."""
+
+Verdict = Literal["pass", "fail", "not promised"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One thing that was measured.
+
+    Attributes:
+        name: short name, unique in a certificate.
+        description: what was measured, one line.
+        worst: the worst value found, in `unit`.
+        limit: what `worst` is compared with; None if the scenario sets no limit.
+        unit: unit of `worst` and `limit` ("" for a count).
+        leg: the leg where the worst value was found; None if the row is not about legs.
+        time: when, s; None if the row is not about a time.
+        verdict: "pass", "fail", or "not promised": shown, but it does not count.
+        sense: "at most" or "at least": how `worst` must stand to `limit`.
+    """
+
+    name: str
+    description: str
+    worst: float
+    limit: float | None
+    unit: str
+    leg: LegName | None
+    time: float | None
+    verdict: Verdict
+    sense: Literal["at most", "at least"] = "at most"
+
+    def __str__(self) -> str:
+        sign = "≤" if self.sense == "at most" else "≥"
+        limit = "" if self.limit is None else f"{sign} {self.limit:.4g}"
+        where = f"{self.leg or ''}".ljust(2) + ("" if self.time is None else f" {self.time:8.3f} s")
+        measure = f"{self.worst:>11.4g} {limit:>10} {self.unit:<6}"
+        return f"{self.verdict:<12}  {self.name:<26} {measure} {where}".rstrip()
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """The judgement of a plan.
+
+    Attributes:
+        rows: everything that was measured. What the plan has nothing of (swings, joints) has no row.
+    """
+
+    rows: tuple[Row, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether no row fails. Rows that are "not promised" do not count."""
+        return not self.failures
+
+    @property
+    def failures(self) -> tuple[Row, ...]:
+        """The rows that fail."""
+        return tuple(row for row in self.rows if row.verdict == "fail")
+
+    def row(self, name: str) -> Row:
+        """The row of this name. Raises `UnknownNameError`."""
+        for row in self.rows:
+            if row.name == name:
+                return row
+        raise UnknownNameError(
+            "row", name, [row.name for row in self.rows], "is not a row of this certificate"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data for JSON; a number that is not finite becomes None."""
+        rows = [{key: _plain(value) for key, value in asdict(row).items()} for row in self.rows]
+        return {"passed": self.passed, "rows": rows}
+
+    def __str__(self) -> str:
+        return "\n".join(str(row) for row in self.rows)
+
+
+def measured(
+    name: str,
+    description: str,
+    unit: str,
+    values: NDArray[np.float64],
+    limit: float | None,
+    time: NDArray[np.float64],
+    *,
+    where: NDArray[np.bool_] | bool = True,
+    at_least: bool = False,
+    promised: bool = True,
+) -> Iterator[Row]:
+    """The row of the worst of many values; no row if there are none.
+
+    Args:
+        name: see `Row`, as are `description` and `unit`.
+        values: measured values, with the shape of `time`, or one axis of length 4 more: the legs.
+        limit: what every value must keep; None: nothing is promised.
+        time: when each value holds, s.
+        where: which values count; broadcast to the shape of `values`.
+        at_least: whether the limit is the smallest allowed value instead of the largest.
+        promised: whether the scenario promises it.
+    """
+    mask = np.broadcast_to(where, values.shape)
+    if not mask.any():
+        return
+    badness = np.where(mask, -values if at_least else values, -np.inf)
+    badness = np.where(mask & np.isnan(values), np.inf, badness)
+    place = np.unravel_index(int(np.argmax(badness)), values.shape)
+    has_legs = values.ndim > time.ndim
+    worst = float(values[place])
+    yield Row(
+        name=name,
+        description=description,
+        worst=worst,
+        limit=limit,
+        unit=unit,
+        leg=LEG_NAMES[int(place[-1])] if has_legs else None,
+        time=round(float(time[place[:-1] if has_legs else place]), MICROSECONDS),
+        verdict=_verdict(worst, limit, at_least, promised),
+        sense="at least" if at_least else "at most",
+    )
+
+
+def _verdict(worst: float, limit: float | None, at_least: bool, promised: bool) -> Verdict:
+    if limit is None or not promised:
+        return "not promised"
+    return "pass" if (worst >= limit if at_least else worst <= limit) else "fail"
+
+
+def _plain(value: Any) -> Any:
+    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -1,0 +1,54 @@
+"""By how much a plan may miss what it promises: every number with its unit and its reason."""
+
+# -- the motion obeys the physics (per interval)
+DEFECT_POSITION = 1e-4
+"""m; a tenth of what the joints can place."""
+DEFECT_ANGLE = 1e-3
+"""rad; 0.06°, below what an IMU resolves."""
+DEFECT_VELOCITY = 1e-3
+"""m/s; a thousandth of the usual top speed."""
+DEFECT_ANGULAR_VELOCITY = 1e-2
+"""rad/s; the tolerated angle within the usual interval of 0.1 s."""
+
+# -- feet
+SLIP = 1e-3
+"""m/s; far below what a rolling rubber wheel creeps."""
+HEIGHT = 5e-4
+"""m; less than a tyre yields under the load."""
+CLEARANCE = 1e-3
+"""m; 1 % of the usual clearance."""
+FORCE = 0.1
+"""N; a ten-thousandth of the weight, the accuracy of a well converged solver on scaled forces."""
+
+# -- limits (kept exactly at the points where the solver enforces them, overshot a little between)
+LENGTH_MARGIN = 1e-3
+"""m; of box and reach."""
+ANGLE_MARGIN = 1e-2
+"""rad; of steering and joints: 0.6°."""
+RATE_MARGIN = 2e-3
+"""rad/s; a thousandth of the usual limit of 2 rad/s."""
+SPEED_MARGIN = 1e-3
+"""m/s; a thousandth of the usual limit of 1 m/s."""
+ACCELERATION_MARGIN = 1e-2
+"""m/s²; the tolerated speed within the usual interval of 0.1 s."""
+
+# -- both ends
+START_POSITION = 1e-4
+"""m; a hard equality of the problem."""
+END_POSITION = 1e-3
+"""m; of the final stance."""
+END_ANGLE = 1e-3
+"""rad; of the start, and of level at the end."""
+END_SPEED = 1e-3
+"""m/s; what counts as rest."""
+END_RATE = 1e-3
+"""rad/s; what counts as rest."""
+GOAL_DISTANCE = 0.01
+"""m; the goal is a cost, not a constraint: 1 cm is the promise."""
+GOAL_DISTANCE_LEGGED = 0.02
+"""m; for feet that cannot roll, whose stride the boxes limit."""
+GOAL_YAW = 1.0
+"""deg."""
+
+LARGEST = 1e9
+"""SI units; a larger number is as good as none: it would only overflow."""
