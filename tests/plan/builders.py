@@ -150,8 +150,8 @@ def driving(body: Robot | None = None, acceleration: float = 0.5, **values: Any)
     """Straight ahead: constant acceleration, constant deceleration as long, and one interval of rest.
 
     A wheel's speed is constant in an interval, so the CoM swings by ξ = a s (h − s) / 2 about the middle of
-    the feet. When the forces balance the mean of that, the pitch torque is m g (ξ − mean ξ), and pitch and its
-    rate are zero at every node. Between them they follow by two integrations.
+    the feet. When the forces balance the mean of that, the pitch torque is m g (ξ − mean ξ): pitch and its
+    rate are zero at every node, and between them follow by two integrations.
     """
     body = body or robot()
     half, h = 10, 0.1
