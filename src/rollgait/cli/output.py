@@ -14,6 +14,9 @@ from rich.text import Text
 STYLES = {"pass": "green", "fail": "bold red", "not promised": "dim", "not certified": "bold red"}
 """Colours of words that stand alone in a cell; only terminals show them."""
 
+NEGLIGIBLE = 1e-12
+"""What a person reads as 0: rounding errors of sums, in SI units."""
+
 
 def print_error(message: str) -> None:
     """One line on stderr."""
@@ -50,8 +53,10 @@ def number(value: float | None, digits: int = 3) -> str:
     """A number for a person: some significant digits, no needless exponent; "–" for none."""
     if value is None or math.isnan(value):
         return "–"
+    if abs(value) < NEGLIGIBLE:
+        return "0"
     text = f"{value:.{digits}g}"
-    return f"{value:.0f}" if "e+" in text and abs(value) < 1e6 else text.replace("-", "−", 1)
+    return f"{value:.0f}" if "e+" in text and abs(value) < 1e6 else text
 
 
 def _finite(data: Any) -> Any:

@@ -79,8 +79,7 @@ def _keep_iterate(error: NotSolvedError, target: Path, as_json: bool) -> None:
         file = None if beside is None else str(beside)
         report = {"file": file, "solved": False, "certified": False, "message": str(error)}
         print_json(report | {"statistics": statistics})
-    elif iterate is not None:
-        print(f"not solved after {iterate.statistics.iterations} iterations: {iterate.statistics.status}")
-        if iterate.statistics.worst:
-            print(f"worst constraint: {iterate.statistics.worst}")
-        print(f"last iterate:     {beside}  (not a plan; for looking at what went wrong)")
+    elif beside is not None:
+        print(
+            f"last iterate: {beside}  (not a plan; 'rollgait check' and 'rollgait plot' show what went wrong)"
+        )

@@ -37,8 +37,9 @@ def print_certificate(certificate: Certificate) -> None:
     rows = [("row", "worst", "limit", "unit", "leg", "time", "verdict")]
     for row in certificate.rows:
         when = "" if row.time is None else f"{row.time:.2f} s"
-        worst, limit = number(row.worst), number(row.limit)
-        rows.append((row.name, worst, limit, row.unit, row.leg or "", when, row.verdict))
-    print_table(rows, right=[1, 2, 5])
-    failed = [row.name for row in certificate.rows if row.verdict == "fail"]
-    print(f"  not certified: {', '.join(failed)}" if failed else "  certified")
+        sign = "≤" if row.sense == "at most" else "≥"
+        limit = "" if row.limit is None else f"{sign} {number(row.limit)}"
+        rows.append((row.name, number(row.worst), limit, row.unit, row.leg or "", when, row.verdict))
+    print_table(rows, right=[1, 5])
+    failed = ", ".join(row.name for row in certificate.failures)
+    print(f"  not certified: {failed}" if failed else "  certified")

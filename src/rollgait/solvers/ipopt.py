@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.solvers.interrupt import deferred_interrupt
 from rollgait.solvers.solution import Iteration, Progress, Solution
 from rollgait.transcription.nlp import Nlp
 
@@ -54,9 +56,10 @@ class Ipopt:
         nlp = self.nlp
         self._report.progress, self._report.interrupted = progress, None
         self._report.count = -1
-        result = self._solver(
-            x0=guess, p=nlp.parameters, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper
-        )
+        with deferred_interrupt() as self._report.stop:
+            result = self._solver(
+                x0=guess, p=nlp.parameters, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper
+            )
         if self._report.interrupted is not None:
             raise self._report.interrupted
         stats = self._solver.stats()
@@ -70,7 +73,7 @@ class Ipopt:
         )
 
 
-class _Report(ca.Callback):  # type: ignore[misc]
+class _Report(ca.Callback):
     """Passes IPOPT's iterations on; an exception in there stops IPOPT and is raised after it."""
 
     def __init__(self, nlp: Nlp) -> None:
@@ -78,6 +81,7 @@ class _Report(ca.Callback):  # type: ignore[misc]
         self._nlp = nlp
         self.progress: Progress | None = None
         self.interrupted: BaseException | None = None
+        self.stop: Callable[[], bool] = lambda: False
         self.count = -1
         self.construct("report", {})
 
@@ -100,8 +104,10 @@ class _Report(ca.Callback):  # type: ignore[misc]
         }
         return ca.Sparsity.dense(sizes.get(ca.nlpsol_out(i), 0), 1)
 
-    def eval(self, arguments: list[ca.DM]) -> list[int]:
+    def eval(self, arguments: Sequence[ca.DM]) -> list[int]:
         self.count += 1
+        if self.stop():
+            return [1]
         if self.progress is None:
             return [0]
         try:
