@@ -168,9 +168,7 @@ class _Interval:
     def at_end(self) -> Instant:
         """The instant at the end: the next node, still with this interval's inputs and parabolas."""
         state, z = self.next_node[self.layout.node["state"]], self.next_node[self.layout.node["z"]]
-        return self.instant(
-            state, z, self._height_slope(2 * HEIGHT.end @ _slope_matrix() - HEIGHT.slope_begin)
-        )
+        return self.instant(state, z, self._height_slope(HEIGHT.slope_end))
 
     def at_height_point(self, j: int) -> Instant:
         """The instant at a height point (only the height is that of the point)."""
@@ -178,11 +176,6 @@ class _Interval:
 
     def _height_slope(self, weights: Array) -> ca.SX:
         return ca.mtimes(self.heights, weights) / self.builder.body.interval
-
-
-def _slope_matrix() -> Array:
-    """Derivative of the height parabola at its supports from its values there, (3, 3)."""
-    return np.vstack([HEIGHT.slope_begin, HEIGHT.slope])
 
 
 def _interval_stage(problem: Problem, layout: _Layouts) -> Stage:

@@ -23,6 +23,7 @@ class Tableau:
         support: 0 and c, (n + 1,).
         slope: derivative at c_j of the polynomial with value 1 at support i, (n, n + 1).
         slope_begin: its derivative at 0, (n + 1,).
+        slope_end: its derivative at 1, (n + 1,).
         end: its value at 1, (n + 1,).
     """
 
@@ -31,6 +32,7 @@ class Tableau:
     support: Array
     slope: Array
     slope_begin: Array
+    slope_end: Array
     end: Array
 
     def __post_init__(self) -> None:
@@ -59,5 +61,6 @@ def gauss_legendre(count: int) -> Tableau:
         support=support,
         slope=lagrange(support, c)[1],
         slope_begin=lagrange(support, np.zeros(1))[1][0],
+        slope_end=lagrange(support, np.ones(1))[1][0],
         end=lagrange(support, np.ones(1))[0][0],
     )
