@@ -1,4 +1,4 @@
-"""Constraints at the start and at the end."""
+"""Constraints at the end. (x(0) = x0 is kept by the transcription: it makes the first state a constant.)"""
 
 from __future__ import annotations
 
@@ -8,53 +8,10 @@ import casadi as ca
 import numpy as np
 
 from rollgait.ocp.instant import Foot, Instant
-from rollgait.ocp.term import END, INPUT, Constraint, Data, FootConstraint, Limits, Mask, Place
+from rollgait.ocp.term import END, INPUT, Constraint, Data, FootConstraint, Mask, Place
 
 if TYPE_CHECKING:
     from rollgait.ocp.problem import Problem
-
-
-class _AtStart:
-    """Holds at the first node only."""
-
-    def first(self, problem: Problem) -> Mask:
-        return np.arange(problem.schedule.intervals) == 0
-
-
-class Start(Constraint, _AtStart):
-    """x(0) = x0, the base: r, θ, ṙ, θ̇."""
-
-    name = "start"
-    places = INPUT
-
-    def limits(self, problem: Problem) -> Limits:
-        state = np.concatenate([problem.start.base, problem.start.base_rate])[:, None]
-        return state, state
-
-    def holds(self, problem: Problem, place: Place) -> Mask:
-        return self.first(problem)
-
-    def expression(self, x: Instant, d: Data) -> ca.SX:
-        return ca.vertcat(x.r, x.theta, x.dr, x.dtheta)
-
-
-class FootStart(FootConstraint, _AtStart):
-    """x(0) = x0, the feet: p_i and, of a steerable wheel, σ_i."""
-
-    name = "foot_start"
-    places = INPUT
-
-    def limits(self, problem: Problem, leg: int) -> Limits:
-        state = [*problem.start.p_foot[leg]]
-        if problem.robot.leg_list[leg].foot == "steerable":
-            state.append(problem.start.heading[leg])
-        return np.array(state)[:, None], np.array(state)[:, None]
-
-    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
-        return self.first(problem)
-
-    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
-        return ca.vertcat(foot.p, foot.heading) if foot.kind == "steerable" else foot.p
 
 
 class RestAtEnd(Constraint):

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 class StanceHeight(FootConstraint):
-    """p_z = terrain in stance.
+    """p_z = terrain and ṗz = 0 in stance: at every node that touches the ground, and at the height points.
 
-    It is demanded at touch-down and at both height points of each stance interval: with the parabola's continuity
-    that is the whole of the stance, and no row is redundant (redundant rows break solvers).
+    On flat ground all of these fix single variables, so that they leave the problem instead of filling it with
+    rows of which some would be redundant (redundant rows break solvers).
     """
 
     name = "stance_height"
@@ -28,16 +28,14 @@ class StanceHeight(FootConstraint):
     unit = "m"
 
     def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
-        contact = problem.schedule.contact[leg]
-        landed = np.concatenate([[False], ~contact[:-1]])
+        schedule = problem.schedule
         if place is Place.NODE:
-            return np.asarray(contact & landed)
-        if place is Place.TERMINAL:
-            return ~contact
-        return contact
+            return schedule.node_contact[leg, :-1]
+        return schedule.contact[leg]
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
-        return foot.height
+        at_height_point = foot.height_point is not None
+        return ca.vertcat(foot.height, foot.lift_rate[foot.height_point]) if at_height_point else foot.height
 
 
 class StanceMotion(FootConstraint):

@@ -59,9 +59,11 @@ class Foot:
         speed: v along the heading, m/s (0 for a point foot).
         lateral_speed: across the heading, m/s (free only for a fixed wheel in swing).
         motion: the two planar inputs (see `dynamics.foot`).
+        lift_rate: u2, ṗz at the two height points of the interval, 2, m/s.
         force: f, on the robot, world, 3, N.
         previous_force: f of the interval before, 3, N.
         previous_motion: the planar inputs of the interval before.
+        height_point: number of the height point at which this is, if it is one.
     """
 
     index: int
@@ -76,9 +78,11 @@ class Foot:
     speed: ca.SX
     lateral_speed: ca.SX
     motion: ca.SX
+    lift_rate: ca.SX
     force: ca.SX
     previous_force: ca.SX
     previous_motion: ca.SX
+    height_point: int | None = None
 
     @cached_property
     def force_contact(self) -> ca.SX:
@@ -97,7 +101,6 @@ class Instant:
         dr: ṙ, 3, m/s.
         dtheta: θ̇, 3, rad/s.
         feet: the four feet.
-        point: number of the quadrature point in its interval (0 where that has no meaning).
     """
 
     body: Body
@@ -106,7 +109,6 @@ class Instant:
     dr: ca.SX
     dtheta: ca.SX
     feet: tuple[Foot, ...]
-    point: int = 0
 
     @cached_property
     def ddr(self) -> ca.SX:
@@ -121,15 +123,16 @@ class Instant:
 
 @dataclass(frozen=True)
 class Inputs:
-    """Inputs of all feet: forces (3 each, N) and motions (2 each), as lists of expressions."""
+    """Inputs of all feet: forces (3 each, N), motions (2 each), lift rates (2 each), as lists of expressions."""
 
     force: Sequence[ca.SX]
     motion: Sequence[ca.SX]
+    lift_rate: Sequence[ca.SX]
 
     @classmethod
     def none(cls) -> Inputs:
         """Stands for inputs that do not exist."""
-        return cls([ca.SX.nan(3)] * 4, [ca.SX.nan(2)] * 4)
+        return cls([ca.SX.nan(3)] * 4, [ca.SX.nan(2)] * 4, [ca.SX.nan(2)] * 4)
 
 
 def make_instant(
@@ -143,7 +146,7 @@ def make_instant(
     height_rate: Sequence[ca.SX],
     inputs: Inputs,
     previous: Inputs,
-    point: int = 0,
+    height_point: int | None = None,
 ) -> Instant:
     """An instant from the numbers that a transcription holds.
 
@@ -158,7 +161,7 @@ def make_instant(
         height_rate: ṗz, 1 each.
         inputs: forces and motions.
         previous: those of the interval before.
-        point: number of the quadrature point.
+        height_point: number of the height point, if the instant is one.
     """
     r, theta = base[:3], base[3:]
     R_yaw = R_z(theta[0])
@@ -182,9 +185,11 @@ def make_instant(
                 speed=planar.speed,
                 lateral_speed=planar.lateral_speed,
                 motion=inputs.motion[i],
+                lift_rate=inputs.lift_rate[i],
                 force=inputs.force[i],
                 previous_force=previous.force[i],
                 previous_motion=previous.motion[i],
+                height_point=height_point,
             )
         )
-    return Instant(body, r, theta, base_rate[:3], base_rate[3:], tuple(feet), point)
+    return Instant(body, r, theta, base_rate[:3], base_rate[3:], tuple(feet))

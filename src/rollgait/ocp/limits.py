@@ -119,16 +119,18 @@ class Acceleration(FootConstraint):
         contact = problem.schedule.contact[leg]
         stays = contact & np.concatenate([[True], contact[:-1]])
         value = problem.scenario.value_of
-        a = np.where(stays, value("bounds", "acceleration_max"), value("bounds", "swing_acceleration_max"))
+        stance, swing = (
+            value("bounds", name) or np.inf for name in ("acceleration_max", "swing_acceleration_max")
+        )
+        a = np.where(stays, stance, swing)
         limit = a[None, :] * problem.schedule.interval
         return -limit, limit
 
-    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
-        change = foot.motion - foot.previous_motion
-        return change[0] if foot.kind == "steerable" else change
-
     def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
         contact = problem.schedule.contact[leg]
-        if problem.robot.leg_list[leg].foot == "steerable":
-            return np.ones_like(contact)
-        return np.asarray(~contact)  # the others stop, or stop sliding sideways, when they land
+        # a point foot stops when it lands
+        return ~contact if problem.robot.leg_list[leg].foot == "point" else np.ones_like(contact)
+
+    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
+        change = foot.motion - foot.previous_motion
+        return change if foot.kind == "point" else change[0]

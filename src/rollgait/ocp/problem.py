@@ -13,7 +13,7 @@ from rollgait.errors import InputError, UnknownNameError
 from rollgait.ocp import boundary, contact, costs, friction, limb, limits
 from rollgait.ocp.lift import lift
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
-from rollgait.polynomials import STATE_POINTS, gauss_points
+from rollgait.polynomials import HEIGHT_POINTS, gauss_points
 from rollgait.robot.robot import Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
@@ -37,7 +37,7 @@ class Problem:
 
     Attributes:
         scenario: what is asked.
-        terms: costs and constraints; the dynamics is the transcription's.
+        terms: costs and constraints; the dynamics and the start are the transcription's.
         start: the state at t = 0.
     """
 
@@ -73,9 +73,9 @@ class Problem:
 
     @cached_property
     def lift_rate(self) -> Array:
-        """Vertical speed of the smooth lift at the collocation points, shape (points, 4, N), m/s."""
+        """Vertical speed of the smooth lift at the height points, shape (points, 4, N), m/s."""
         h = self.schedule.interval
-        times = self.schedule.node_times[:-1, None] + h * gauss_points(STATE_POINTS)
+        times = self.schedule.node_times[:-1, None] + h * gauss_points(HEIGHT_POINTS)
         rate = lift(self.schedule, self.scenario.gait.clearance, times.ravel())[1]
         return np.moveaxis(rate.reshape(*times.shape, 4), 0, -1)
 
@@ -103,8 +103,6 @@ def standard_terms(scenario: Scenario) -> list[Term]:
     """The terms that the scenario asks for, by its profile, weights and bounds."""
     terms: list[Term] = [cost(w) for cost in ALL_COSTS if (w := scenario.value_of("weights", cost.name))]
     terms += [
-        boundary.Start(),
-        boundary.FootStart(),
         boundary.RestAtEnd(),
         boundary.WheelsRestAtEnd(),
         boundary.StanceAtEnd(),
@@ -132,7 +130,7 @@ def standard_terms(scenario: Scenario) -> list[Term]:
         terms.append(limits.Steering())
     if asked("reach") and knows_joints:
         terms.append(limb.Reach())
-    if asked("acceleration_max"):
+    if asked("acceleration_max") or asked("swing_acceleration_max"):
         terms.append(limits.Acceleration())
     if asked("touchdown_speed"):
         terms.append(contact.TouchdownSpeed())

@@ -21,7 +21,7 @@ PAPER: dict[str, dict[str, Any]] = {
 }
 
 EXECUTABLE: dict[str, dict[str, Any]] = {
-    "weights": PAPER["weights"] | {"tilt": 100.0, "terminal_goal": 5000.0, "lift": 1.0, "swing": 0.1},
+    "weights": PAPER["weights"] | {"tilt": 100.0, "terminal_goal": 5000.0, "lift": 100.0, "swing": 0.1},
     "bounds": PAPER["bounds"]
     | {
         "swing_speed_max": 1.5,  # 12 rad/s at a wheel of 0.124 m, below the motor's 20 rad/s

@@ -73,7 +73,7 @@ def transcribe(problem: Problem) -> Collocation:
         Block(intervals, StageFunction("interval", intervals), np.vstack([before, inside])),
         Block(end, StageFunction("end", end), (total - node + np.arange(node))[:, None], first=count),
     ]
-    return Collocation(problem, Nlp(blocks, total))
+    return Collocation(problem, Nlp(blocks, total, initial=_start_values(problem, layout)))
 
 
 # -- variables ------------------------------------------------------------------------------------------------------
@@ -126,9 +126,11 @@ class _Interval:
         )
         self.heights = ca.horzcat(node_z, ca.reshape(self.inner[inner["heights"]], FEET, HEIGHT_POINTS))
         self.height_rates = ca.reshape(self.inner[inner["height_rate"]], FEET, HEIGHT_POINTS)
-        self.inputs = _inputs(builder.body.weight, self.inner[inner["force"]], self.inner[inner["motion"]])
+        weight = builder.body.weight
+        rates = [self.height_rates[i, :].T for i in range(FEET)]
+        self.inputs = _inputs(weight, self.inner[inner["force"]], self.inner[inner["motion"]], rates)
         self.previous_inputs = _inputs(
-            builder.body.weight, self.previous[: 3 * FEET], self.previous[3 * FEET :]
+            weight, self.previous[: 3 * FEET], self.previous[3 * FEET :], Inputs.none().lift_rate
         )
 
     @property
@@ -136,7 +138,7 @@ class _Interval:
         """All local variables, in rising order of their numbers in the whole problem."""
         return ca.vertcat(self.previous, self.node, self.inner, self.next_node)
 
-    def instant(self, state: ca.SX, z: ca.SX, z_rate: ca.SX, point: int = 0) -> Instant:
+    def instant(self, state: ca.SX, z: ca.SX, z_rate: ca.SX, height_point: int | None = None) -> Instant:
         """An instant with this interval's inputs."""
         base, rate, xy, sigma = _unpack(self.layout, state)
         return make_instant(
@@ -150,7 +152,7 @@ class _Interval:
             [z_rate[i] for i in range(FEET)],
             self.inputs,
             self.previous_inputs,
-            point,
+            height_point,
         )
 
     def at_point(self, j: int) -> Instant:
@@ -159,7 +161,7 @@ class _Interval:
         z = ca.mtimes(self.heights, HEIGHT.values_at(tau).T)
         # ṗz is linear in the interval and known at the two height points
         weights = (tau - HEIGHT.points[::-1]) / (HEIGHT.points - HEIGHT.points[::-1])
-        return self.instant(self.states[:, 1 + j], z, ca.mtimes(self.height_rates, weights), j)
+        return self.instant(self.states[:, 1 + j], z, ca.mtimes(self.height_rates, weights))
 
     def at_node(self) -> Instant:
         """The instant at the beginning."""
@@ -171,8 +173,8 @@ class _Interval:
         return self.instant(state, z, self._height_slope(HEIGHT.slope_end))
 
     def at_height_point(self, j: int) -> Instant:
-        """The instant at a height point (only the height is that of the point)."""
-        return self.instant(self.states[:, 0], self.heights[:, 1 + j], self.height_rates[:, j])
+        """The instant at a height point (only the height and its rate are those of the point)."""
+        return self.instant(self.states[:, 0], self.heights[:, 1 + j], self.height_rates[:, j], j)
 
     def _height_slope(self, weights: Array) -> ca.SX:
         return ca.mtimes(self.heights, weights) / self.builder.body.interval
@@ -260,11 +262,12 @@ def _unpack(layout: _Layouts, state: ca.SX) -> tuple[ca.SX, ca.SX, list[ca.SX], 
     return state[layout.state["base"]], state[layout.state["base_rate"]], feet, headings
 
 
-def _inputs(weight: ca.SX, force: ca.SX, motion: ca.SX) -> Inputs:
+def _inputs(weight: ca.SX, force: ca.SX, motion: ca.SX, lift_rate: Sequence[ca.SX]) -> Inputs:
     """Inputs from their variables; forces are solved for in units of the robot's weight, which halves iterations."""
     return Inputs(
         [weight * force[3 * i : 3 * i + 3] for i in range(FEET)],
         [motion[2 * i : 2 * i + 2] for i in range(FEET)],
+        lift_rate,
     )
 
 
@@ -296,6 +299,15 @@ def _encode(problem: Problem, motion: Motion) -> Array:
     )
     last = np.concatenate([_state_rows(layout, end)[0], end.foot_position[0, :, 2]])
     return np.concatenate([rows.ravel(), last])
+
+
+def _start_values(problem: Problem, layout: _Layouts) -> Array:
+    """x0 in the order of the first node, which comes first among all variables."""
+    start = problem.start
+    sigma = start.heading[list(layout.steerable)]
+    return np.concatenate(
+        [start.base, start.base_rate, start.p_foot[:, :2].ravel(), sigma, start.p_foot[:, 2]]
+    )
 
 
 def _state_rows(layout: _Layouts, s: Samples) -> Array:

@@ -92,64 +92,74 @@ class Nlp:
         contradictions: rows that no variable can satisfy, with by how much.
     """
 
-    def __init__(self, blocks: Sequence[Block], total: int) -> None:
+    def __init__(self, blocks: Sequence[Block], total: int, initial: Array) -> None:
+        """`initial` holds the values of the first variables: the state from which the motion starts."""
         self.blocks = tuple(blocks)
         self.total = total
-        self._presolve()
+        self._presolve(initial)
         self._number_rows()
         self._make_patterns()
 
     # -- presolve -----------------------------------------------------------------------------------------------
 
-    def _presolve(self) -> None:
-        """Rows of one variable become bounds; variables with equal bounds become constants."""
+    def _presolve(self, initial: Array) -> None:
+        """Rows of one free variable become bounds, variables with equal bounds constants, until none is left."""
         low, high = np.full(self.total, -np.inf), np.full(self.total, np.inf)
-        kept = [block.stage.holds & _limits_something(block.stage) for block in self.blocks]
-        for block, keep in zip(self.blocks, kept, strict=True):
-            self._take_bounds(block, keep, low, high)
-        crossed = low > high + FIXED_TOLERANCE
-        fixed = high - low <= FIXED_TOLERANCE
+        low[: initial.size] = high[: initial.size] = initial
+        self._kept = [block.stage.holds & _limits_something(block.stage) for block in self.blocks]
         self.contradictions: list[tuple[RowOrigin, float]] = []
-        if crossed.any():
-            self.contradictions.append((RowOrigin(RowLabel("bounds"), 0), float((low - high).max())))
-        self.constants = np.where(
-            fixed, 0.5 * (np.where(fixed, low, 0.0) + np.where(fixed, high, 0.0)), np.nan
-        )
+        while True:
+            self._split(low, high)
+            taken = [
+                self._take_bounds(b, keep, low, high) for b, keep in zip(self.blocks, self._kept, strict=True)
+            ]
+            if not any(taken):
+                break
+        for block, keep in zip(self.blocks, self._kept, strict=True):
+            self._drop_empty(block, keep)
+
+    def _split(self, low: Array, high: Array) -> None:
+        """Tells free variables from fixed ones."""
+        fixed = high - low <= FIXED_TOLERANCE
+        middle = 0.5 * (np.where(fixed, low, 0.0) + np.where(fixed, high, 0.0))
+        self.constants = np.where(fixed, middle, np.nan)
         self.free = np.flatnonzero(~fixed)
         self.size = self.free.size
         self.lower, self.upper = low[self.free], high[self.free]
         # position of each variable in [free; constants; 0]
+        fixed_index = np.flatnonzero(fixed)
         self._position = np.empty(self.total + 1, dtype=np.intp)
         self._position[self.free] = np.arange(self.size)
-        fixed_index = np.flatnonzero(fixed)
         self._position[fixed_index] = self.size + np.arange(fixed_index.size)
         self._position[-1] = self.size + fixed_index.size
         self._fixed_values = np.concatenate([self.constants[fixed_index], [0.0]])
-        for block, keep in zip(self.blocks, kept, strict=True):
-            self._drop_empty(block, keep)
-        self._kept = kept
 
-    def _take_bounds(self, block: Block, keep: NDArray[np.bool_], low: Array, high: Array) -> None:
+    def _take_bounds(self, block: Block, keep: NDArray[np.bool_], low: Array, high: Array) -> bool:
+        """Turns rows with one free variable, in which they are linear, into bounds; whether there were any."""
         f = block.function
-        entries = np.bincount(f.jacobian_rows, minlength=keep.shape[0])
-        linear = np.ones(keep.shape[0], dtype=bool)
-        np.logical_and.at(linear, f.jacobian_rows, f.linear)
-        single = np.flatnonzero((entries == 1) & linear)
-        if single.size == 0:
-            return
-        nonzero = {row: i for i, row in enumerate(f.jacobian_rows)}
-        zeros = np.zeros(block.variables.shape)
-        slopes = _mapped(f.jacobian, block, zeros)
-        values = _mapped(f.value, block, zeros, output=1)
-        for row in single:
-            i = nonzero[row]
-            stages = np.flatnonzero(keep[row] & (block.variables[f.jacobian_cols[i]] >= 0))
-            a, b = slopes[i, stages], values[row, stages]
-            variable = block.variables[f.jacobian_cols[i], stages]
-            ends = np.stack([block.stage.lower[row, stages] - b, block.stage.upper[row, stages] - b]) / a
-            np.maximum.at(low, variable, ends.min(axis=0))
-            np.minimum.at(high, variable, ends.max(axis=0))
-            keep[row, stages] = False
+        is_free = self._position[block.variables] < self.size
+        entries, bent = np.zeros(keep.shape, dtype=int), np.zeros(keep.shape, dtype=bool)
+        free_entry = is_free[f.jacobian_cols]
+        np.add.at(entries, f.jacobian_rows, free_entry)
+        np.logical_or.at(bent, f.jacobian_rows, free_entry & ~f.linear[:, None])
+        single = keep & (entries == 1) & ~bent
+        if not single.any():
+            return False
+        local = self._local(block, np.zeros(self.size))
+        slopes, values = _mapped(f.jacobian, block, local), _mapped(f.value, block, local, output=1)
+        nonzero, stage = np.nonzero(free_entry & single[f.jacobian_rows])
+        row = f.jacobian_rows[nonzero]
+        variable = block.variables[f.jacobian_cols[nonzero], stage]
+        limits = np.stack([block.stage.lower[row, stage], block.stage.upper[row, stage]])
+        ends = (limits - values[row, stage]) / slopes[nonzero, stage]
+        np.maximum.at(low, variable, ends.min(axis=0))
+        np.minimum.at(high, variable, ends.max(axis=0))
+        keep &= ~single
+        crossed = low[variable] > high[variable] + FIXED_TOLERANCE
+        for i in np.flatnonzero(crossed):
+            origin = RowOrigin(block.stage.labels[row[i]], block.first + int(stage[i]))
+            self.contradictions.append((origin, float(low[variable[i]] - high[variable[i]])))
+        return True
 
     def _drop_empty(self, block: Block, keep: NDArray[np.bool_]) -> None:
         """Rows in which no variable is free are dropped, after a look whether they are satisfied."""
