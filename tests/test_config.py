@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from rollgait.config import dump_yaml, parse_setting, parse_value, parse_yaml, set_key
 from rollgait.errors import FileError, InputError
 from rollgait.robot import LEG_NAMES, robot_names
-from rollgait.scenario import Goal, Scenario, find_scenario, scenario_names
+from rollgait.scenario import Goal, Scenario, find_scenario
 
 SCENARIO = find_scenario("hybrid-goback")
 
@@ -115,14 +115,13 @@ def test_junk_as_a_file_is_a_file_error_or_fine(text: str) -> None:
         assert isinstance(parse_yaml(text, "text"), dict)
 
 
-@pytest.mark.parametrize("name", scenario_names())
 @pytest.mark.parametrize(
     "key", [k for k in KEYS if k.startswith(("start.x", "goal.x", "horizon", "interval", "ground.height"))]
 )
 @pytest.mark.parametrize("value", ["1.5", True, None, math.nan, math.inf, [1.0], {"x": 1.0}])
-def test_what_is_no_number_is_refused_where_one_is_needed(name: str, key: str, value: Any) -> None:
+def test_what_is_no_number_is_refused_where_one_is_needed(key: str, value: Any) -> None:
     with pytest.raises(InputError, match="number") as caught:
-        find_scenario(name).with_values({key: value})
+        SCENARIO.with_values({key: value})
     assert caught.value.field == key
 
 
