@@ -57,13 +57,19 @@ def test_yaml_keeps_every_scenario(data: dict[str, Any]) -> None:
     resolved = scenario.resolved()
     assert Scenario.from_dict(parse_yaml(resolved.to_yaml(), "text")) == resolved
     assert resolved.resolved() == resolved
+    complete = scenario.self_contained()
+    assert Scenario.from_dict(parse_yaml(complete.to_yaml(), "text")) == complete
+    assert complete.body == scenario.body
 
 
-@given(
-    st.recursive(
-        st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text("ab: #-'\"1e"), st.lists
-    )
+TEXT = st.one_of(
+    st.text("ab: #-'\"1e,"),
+    st.text(st.characters(codec="utf-8")),
+    st.sampled_from(["true", "~", "1e3", "a: b", "a #b", "2001-01-01"]),
 )
+
+
+@given(st.recursive(st.booleans() | st.integers() | st.floats(allow_nan=False) | TEXT, st.lists))
 def test_dumped_values_read_back(value: Any) -> None:
     assert parse_yaml(dump_yaml({"key": value}), "text") == {"key": value}
 

@@ -7,6 +7,7 @@ string. What is wrong with the data becomes one sentence in `explain.py`.
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from collections.abc import Mapping
 from numbers import Integral, Real
@@ -17,6 +18,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Str
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from ruamel.yaml.error import YAMLError, YAMLWarning
+from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
 from rollgait.errors import FileError, InputError
 from rollgait.explain import explain
@@ -91,6 +93,9 @@ Range = Annotated[tuple[Number, Number], AfterValidator(_ordered)]
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
+
+PLAIN = re.compile(r"[^\W\d][\w ,;./()+-]*")
+"""Text that may stand in YAML without quotes, unless it looks like a number or a word with a meaning."""
 
 LINE = 80
 """Longest mapping or list that goes into one line of YAML, characters."""
@@ -171,6 +176,8 @@ def _laid_out(data: Any) -> Any:
         result: Any = CommentedMap({key: _laid_out(value) for key, value in data.items()})
     elif isinstance(data, list | tuple):
         result = CommentedSeq([_laid_out(value) for value in data])
+    elif isinstance(data, str) and not PLAIN.fullmatch(data):
+        return DoubleQuotedScalarString(data)  # ruamel itself leaves ": 1" bare, and cannot read it back
     else:
         return data
     values = result.values() if isinstance(result, CommentedMap) else result

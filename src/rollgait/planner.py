@@ -107,7 +107,7 @@ def _as_plan(
     )
     return Plan(
         robot=problem.robot,
-        scenario=problem.scenario.resolved(),
+        scenario=problem.scenario.self_contained(),
         schedule=problem.schedule,
         trajectory=transcribed.decode(solution.w),
         statistics=statistics,

@@ -194,6 +194,11 @@ class Scenario(Config):
             }
         return type(self).model_validate(data)
 
+    def self_contained(self) -> Scenario:
+        """`resolved`, and the robot itself in place of its name: stays true when the library changes."""
+        robot = find_robot(self.robot) if isinstance(self.robot, str) else self.robot
+        return self.resolved().model_copy(update={"robot": robot})
+
     def to_dict(self) -> dict[str, Any]:
         """The scenario as plain data."""
         return self.model_dump(mode="json")
