@@ -1,0 +1,48 @@
+"""What figures ask of a plan: dense samples, and when which leg is in the air."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.plan.plan import Plan
+from rollgait.plan.samples import Samples
+
+POINTS_PER_INTERVAL = 6
+"""Enough for a cubic to look smooth in print."""
+BEFORE_THE_BORDER = 1e-6
+"""Part of an interval: a sample so close before its end still has this interval's inputs."""
+
+SNAPSHOT_SPACING = 0.45
+"""Way of the base between two pictures of it, m."""
+TURN_LEVER = 0.5
+"""m"""
+MAX_SNAPSHOTS = 6
+
+
+def dense_samples(plan: Plan) -> Samples:
+    """Samples for lines, (n, …): both ends of every interval, so that a jump of an input is drawn upright."""
+    inside = np.append(np.linspace(0.0, 1.0, POINTS_PER_INTERVAL)[:-1], 1.0 - BEFORE_THE_BORDER)
+    times = (np.arange(plan.schedule.intervals)[:, None] + inside) * plan.schedule.interval
+    return plan.sample(np.append(times.ravel(), plan.horizon))
+
+
+def swing_times(plan: Plan) -> Iterator[tuple[int, float, float]]:
+    """(leg, lift-off, touch-down) of all swings, s."""
+    for swing in plan.schedule.swings():
+        yield swing.leg, swing.lift_off * plan.schedule.interval, swing.touch_down * plan.schedule.interval
+
+
+def snapshot_times(plan: Plan, begin: float, end: float) -> NDArray[np.float64]:
+    """Times at which pictures of the moving robot stand clear of each other, `begin` and `end` among them.
+
+    A turn counts as the way of a point `TURN_LEVER` from its axis.
+    """
+    s = dense_samples(plan)
+    s = s.at((s.time >= begin) & (s.time <= end))
+    moved = np.linalg.norm(np.diff(s.com_position[:, :2], axis=0), axis=1)
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(moved, TURN_LEVER * np.diff(s.euler[:, 0])))])
+    count = int(np.clip(round(way[-1] / SNAPSHOT_SPACING) + 1, 1, MAX_SNAPSHOTS))
+    return np.interp(np.linspace(0.0, way[-1], count), way, s.time)
