@@ -16,7 +16,8 @@ from rollgait.config import validate
 from rollgait.errors import FileError, InputError
 from rollgait.files import replacing
 from rollgait.plan.samples import Samples
-from rollgait.plan.trajectory import Trajectory
+from rollgait.plan.condensed import CondensedTrajectory
+from rollgait.plan.trajectory import CollocationTrajectory, Trajectory
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule

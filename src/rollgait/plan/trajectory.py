@@ -7,7 +7,7 @@ is one class per transcription, told apart in a file by `kind`.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -37,14 +37,32 @@ class Trajectory(ABC):
     def sample(self, times: Array, robot: Robot) -> Samples:
         """The motion at `times`, shape (n,), s, inside the horizon."""
 
-    @abstractmethod
-    def arrays(self) -> dict[str, NDArray[Any]]:
-        """What must be saved to build it again with `from_arrays`."""
-
     @classmethod
     @abstractmethod
+    def layout(cls, count: int) -> dict[str, tuple[str, tuple[int, ...]]]:
+        """Kind of number (f or b) and shape of each array of a trajectory with N = `count`."""
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """What must be saved to build it again with `from_arrays`."""
+        return {name: getattr(self, name) for name in self.layout(1)}
+
+    @classmethod
     def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> Self:
         """The inverse of `arrays`. Raises `InputError` if one is missing or has the wrong shape."""
+        names = list(cls.layout(1))
+        missing = [name for name in names if name not in arrays]
+        if missing:
+            raise InputError("trajectory", missing, "is missing")
+        count = arrays["force"].shape[0] if arrays["force"].ndim else 0
+        for name, (kind, shape) in cls.layout(count).items():
+            array = arrays[name]
+            if count == 0 or array.shape != shape or array.dtype.kind != kind:
+                rule = f"must have the shape {shape} and hold {_KINDS[kind]}"
+                raise InputError(f"trajectory.{name}", array.shape, rule)
+        return cls(**{name: arrays[name] for name in names})
+
+
+_KINDS = {"f": "floating-point numbers", "b": "truth values"}
 
 
 @dataclass(frozen=True)
@@ -108,40 +126,20 @@ class CollocationTrajectory(Trajectory):
             contact=self.contact[k],
         )
 
-    def arrays(self) -> dict[str, NDArray[Any]]:
-        return {f.name: getattr(self, f.name) for f in fields(self)}
-
     @classmethod
-    def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> CollocationTrajectory:
-        missing = [f.name for f in fields(cls) if f.name not in arrays]
-        if missing:
-            raise InputError("trajectory", missing, "is missing")
-        count = arrays["force"].shape[0] if arrays["force"].ndim else 0
-        for name, (kind, shape) in _layout(count).items():
-            array = arrays[name]
-            if count == 0 or array.shape != shape or array.dtype.kind != kind:
-                rule = f"must have the shape {shape} and hold {_KINDS[kind]}"
-                raise InputError(f"trajectory.{name}", array.shape, rule)
-        return cls(**{f.name: arrays[f.name] for f in fields(cls)})
-
-
-_KINDS = {"f": "floating-point numbers", "b": "truth values"}
-
-
-def _layout(count: int) -> dict[str, tuple[str, tuple[int, ...]]]:
-    """Kind of number and shape of the arrays of a `CollocationTrajectory` with N = `count`."""
-    state, height = STATE_POINTS + 1, HEIGHT_POINTS + 1  # the node and the collocation points
-    return {
-        "contact": ("b", (count, 4)),
-        "interval": ("f", ()),
-        "base": ("f", (count, state, 6)),
-        "base_rate": ("f", (count, state, 6)),
-        "foot_xy": ("f", (count, state, 4, 2)),
-        "heading": ("f", (count, state, 4)),
-        "foot_z": ("f", (count, height, 4)),
-        "force": ("f", (count, 4, 3)),
-        "motion": ("f", (count, 4, 2)),
-    }
+    def layout(cls, count: int) -> dict[str, tuple[str, tuple[int, ...]]]:
+        state, height = STATE_POINTS + 1, HEIGHT_POINTS + 1  # the node and the collocation points
+        return {
+            "contact": ("b", (count, 4)),
+            "interval": ("f", ()),
+            "base": ("f", (count, state, 6)),
+            "base_rate": ("f", (count, state, 6)),
+            "foot_xy": ("f", (count, state, 4, 2)),
+            "heading": ("f", (count, state, 4)),
+            "foot_z": ("f", (count, height, 4)),
+            "force": ("f", (count, 4, 3)),
+            "motion": ("f", (count, 4, 2)),
+        }
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from rollgait.plan.samples import Samples
 from rollgait.plan.trajectory import CollocationTrajectory
 from rollgait.polynomials import HEIGHT_POINTS, STATE_POINTS
 from rollgait.robot.robot import Robot
-from rollgait.transcription.guess import Motion
+from rollgait.transcription.guess import Motion, motion_inputs
 from rollgait.transcription.layout import Layout
 from rollgait.transcription.nlp import Block, Nlp, StageFunction
 from rollgait.transcription.stage import RowLabel, Stage, StageBuilder
@@ -293,7 +293,7 @@ def _encode(problem: Problem, motion: Motion) -> Array:
             states[:, 1:].reshape(count, -1),
             inner_heights,
             (middle.force / problem.robot.weight).reshape(count, -1),
-            _motion_inputs(problem.robot, middle).reshape(count, -1),
+            motion_inputs(problem.robot, middle).reshape(count, -1),
             rates,
         ]
     )
@@ -314,21 +314,6 @@ def _state_rows(layout: _Layouts, s: Samples) -> Array:
     xy = s.foot_position[:, :, :2].reshape(len(s.time), -1)
     sigma = s.heading[:, list(layout.steerable)]
     return np.hstack([s.com_position, s.euler, s.com_velocity, s.euler_rate, xy, sigma])
-
-
-def _motion_inputs(robot: Robot, s: Samples) -> Array:
-    """The planar inputs (n, 4, 2) of sampled feet: the inverse of `feet_in_world`."""
-    result = np.empty((len(s.time), FEET, 2))
-    for i, leg in enumerate(robot.leg_list):
-        if leg.foot == "steerable":
-            result[:, i] = np.stack([s.speed[:, i], s.heading_rate[:, i]], axis=-1)
-        elif leg.foot == "fixed":
-            c, sn = np.cos(s.heading[:, i]), np.sin(s.heading[:, i])
-            vx, vy = s.foot_velocity[:, i, 0], s.foot_velocity[:, i, 1]
-            result[:, i] = np.stack([c * vx + sn * vy, c * vy - sn * vx], axis=-1)
-        else:
-            result[:, i] = s.foot_velocity[:, i, :2]
-    return result
 
 
 def _decode(problem: Problem, variables: Array) -> CollocationTrajectory:

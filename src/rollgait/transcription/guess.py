@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from rollgait.ocp.lift import lift, minimum_jerk
 from rollgait.ocp.problem import Problem
 from rollgait.plan.samples import Samples
+from rollgait.robot.robot import Robot
 
 Array = NDArray[np.float64]
 Motion = Callable[[Array], Samples]
@@ -164,6 +165,21 @@ class _Guess:
             normal = np.maximum(robot.static_forces(relative), 0.02 * robot.weight)
             force[k, down, 2] = normal * robot.weight / normal.sum()
         return force
+
+
+def motion_inputs(robot: Robot, s: Samples) -> Array:
+    """The planar inputs (n, 4, 2) of sampled feet: the inverse of `feet_in_world`."""
+    result = np.empty((len(s.time), 4, 2))
+    for i, leg in enumerate(robot.leg_list):
+        if leg.foot == "steerable":
+            result[:, i] = np.stack([s.speed[:, i], s.heading_rate[:, i]], axis=-1)
+        elif leg.foot == "fixed":
+            c, sn = np.cos(s.heading[:, i]), np.sin(s.heading[:, i])
+            vx, vy = s.foot_velocity[:, i, 0], s.foot_velocity[:, i, 1]
+            result[:, i] = np.stack([c * vx + sn * vy, c * vy - sn * vx], axis=-1)
+        else:
+            result[:, i] = s.foot_velocity[:, i, :2]
+    return result
 
 
 def _interpolate(times: Array, grid: Array, values: Array) -> Array:

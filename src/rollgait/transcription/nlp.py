@@ -54,7 +54,7 @@ class StageFunction:
         )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Block:
     """A stage function and the variables of its repetitions.
 
@@ -63,12 +63,14 @@ class Block:
         function: its functions.
         variables: which variable of the whole problem each local one is, (n_y, count); −1 stands for zero.
         first: number of the first repetition on the mesh (for messages).
+        next_state: for each row the local variable of the next stage that it defines, −1 if it defines none, (n_rows,).
     """
 
     stage: Stage
     function: StageFunction
     variables: Index
     first: int = 0
+    next_state: Index | None = None
 
 
 @dataclass(frozen=True)
@@ -136,10 +138,8 @@ class Nlp:
 
     def _take_bounds(self, block: Block, keep: NDArray[np.bool_], low: Array, high: Array) -> bool:
         """Turns rows with one free variable, in which they are linear, into bounds; whether there were any."""
-        f = block.function
-        is_free = self._position[block.variables] < self.size
+        f, free_entry = block.function, self._free_entries(block)
         entries, bent = np.zeros(keep.shape, dtype=int), np.zeros(keep.shape, dtype=bool)
-        free_entry = is_free[f.jacobian_cols]
         np.add.at(entries, f.jacobian_rows, free_entry)
         np.logical_or.at(bent, f.jacobian_rows, free_entry & ~f.linear[:, None])
         single = keep & (entries == 1) & ~bent
@@ -161,12 +161,18 @@ class Nlp:
             self.contradictions.append((origin, float(low[variable[i]] - high[variable[i]])))
         return True
 
+    def _free_entries(self, block: Block) -> NDArray[np.bool_]:
+        """Which entries of the rows' Jacobian belong to a free variable and are not always zero, (nnz, count)."""
+        f = block.function
+        is_free = self._position[block.variables] < self.size
+        slopes = _mapped(f.jacobian, block, self._local(block, np.zeros(self.size)))
+        return np.asarray(is_free[f.jacobian_cols] & ((slopes != 0.0) | ~f.linear[:, None]))
+
     def _drop_empty(self, block: Block, keep: NDArray[np.bool_]) -> None:
         """Rows in which no variable is free are dropped, after a look whether they are satisfied."""
         f = block.function
-        is_free = self._position[block.variables] < self.size
         has_free = np.zeros(keep.shape, dtype=bool)
-        np.logical_or.at(has_free, f.jacobian_rows, is_free[f.jacobian_cols])
+        np.logical_or.at(has_free, f.jacobian_rows, self._free_entries(block))
         empty = keep & ~has_free
         if not empty.any():
             return
@@ -180,19 +186,37 @@ class Nlp:
     # -- numbering ----------------------------------------------------------------------------------------------
 
     def _number_rows(self) -> None:
-        self._row_number = []
+        """Numbers the rows stage after stage; in each, those that define the next state come first."""
+        self._order: list[Index] = []
+        self._row_number: list[Index] = []
         begin = 0
         lower, upper = [], []
         for block, keep in zip(self.blocks, self._kept, strict=True):
+            stage, row = np.nonzero(keep.T)
+            defines = self.defines_next(block)[row, stage]
+            order = np.lexsort((row, ~defines, stage))
+            stage, row = stage[order], row[order]
             number = np.full(keep.shape, -1, dtype=np.intp)
-            picked = keep.T  # stage after stage
-            number.T[picked] = begin + np.arange(int(keep.sum()))
-            begin += int(keep.sum())
+            number[row, stage] = begin + np.arange(row.size)
+            begin += row.size
+            self._order.append(stage * keep.shape[0] + row)  # in rows written stage after stage
             self._row_number.append(number)
-            lower.append(block.stage.lower.T[picked])
-            upper.append(block.stage.upper.T[picked])
+            lower.append(block.stage.lower[row, stage])
+            upper.append(block.stage.upper[row, stage])
         self.rows = begin
         self.g_lower, self.g_upper = np.concatenate(lower), np.concatenate(upper)
+
+    def kept(self, block: Block) -> NDArray[np.bool_]:
+        """Which rows of a block are constraints of the problem, (n_rows, count)."""
+        return self._kept[self.blocks.index(block)]
+
+    def defines_next(self, block: Block) -> NDArray[np.bool_]:
+        """Which rows of a block define a free variable of the next stage, (n_rows, count)."""
+        if block.next_state is None:
+            return np.zeros((len(block.stage.labels), block.stage.count), dtype=bool)
+        column = block.next_state
+        is_free = self._position[block.variables[column]] < self.size
+        return np.asarray(is_free & (column >= 0)[:, None])
 
     def _make_patterns(self) -> None:
         """Where the nonzeros of the stage derivatives go in the whole Jacobian and Hessian."""
@@ -227,8 +251,8 @@ class Nlp:
     def origins(self) -> list[RowOrigin]:
         """Where each constraint comes from, in the order of the solver's rows."""
         result: list[RowOrigin] = []
-        for block, keep in zip(self.blocks, self._kept, strict=True):
-            for k, row in zip(*np.nonzero(keep.T), strict=True):
+        for block, order in zip(self.blocks, self._order, strict=True):
+            for k, row in zip(*divmod(order, len(block.stage.labels)), strict=True):
                 result.append(RowOrigin(block.stage.labels[row], block.first + int(k)))
         return result
 
@@ -277,7 +301,7 @@ class Nlp:
         lam_padded = ca.vertcat(lam_g, 0)
         begin = fixed
         f, g_parts, gradient, jacobian, hessian = ca.MX(0), [], ca.MX(self.size, 1), [], []
-        for block, keep, number in zip(self.blocks, self._kept, self._row_number, strict=True):
+        for block, order, number in zip(self.blocks, self._order, self._row_number, strict=True):
             function, count = block.function, block.stage.count
             position = self._position[block.variables]
             y = ca.reshape(with_constants[_indices(position)], position.shape[0], count)
@@ -286,7 +310,7 @@ class Nlp:
             begin += size
             cost, rows = function.value.map(count)(y, parameters)
             f += ca.sum2(cost)
-            g_parts.append(ca.vec(rows)[_indices(np.flatnonzero(keep.T.ravel()))])
+            g_parts.append(ca.vec(rows)[_indices(order)])
             gradient += ca.mtimes(self._gather(position), ca.vec(function.gradient.map(count)(y, parameters)))
             jacobian.append(ca.vec(function.jacobian.map(count)(y, parameters)))
             lam = ca.reshape(lam_padded[_indices(np.where(number < 0, self.rows, number))], -1, count)

@@ -83,10 +83,10 @@ class StageBuilder:
         self._symbols: list[ca.SX] = []
         self._values: list[Array] = []
         self._costs: dict[str, ca.SX] = {}
-        self._rows: list[ca.SX] = []
-        self._lower: list[Array] = []
-        self._upper: list[Array] = []
-        self._holds: list[Mask] = []
+        self._rows: list[ca.SX] = [ca.SX(0, 1)]
+        self._lower: list[Array] = [np.zeros((0, count))]
+        self._upper: list[Array] = [np.zeros((0, count))]
+        self._holds: list[Mask] = [np.zeros((0, count), dtype=bool)]
         self._labels: list[RowLabel] = []
         self.body = self._make_body()
 

@@ -1,0 +1,117 @@
+"""A trajectory of the condensed transcription: node states and inputs, joined by the map that was solved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.dynamics.step import POINTS, Figures, FootInput, FootState, State, euler_rate, step
+from rollgait.plan.samples import Array, Samples
+from rollgait.plan.trajectory import Trajectory, feet_in_world
+from rollgait.robot.robot import Robot
+
+
+@dataclass(frozen=True)
+class CondensedTrajectory(Trajectory):
+    """N states and the inputs that hold after each; between nodes the same step with a shorter length.
+
+    Attributes:
+        contact: (N, 4), bool, stance or swing of each foot.
+        interval: h, s, shape ().
+        r, theta, dr: of the CoM and the base at the beginning of each interval, (N, 3), m, rad, m/s.
+        L: angular momentum about the CoM, (N, 3), N·m·s.
+        foot_xy: contact points, (N, 4, 2), m.
+        foot_z: their heights, (N, 4), m.
+        heading: σ of steerable wheels, (N, 4), rad.
+        force: (N, 4, 3), N.
+        motion: planar inputs of the feet, (N, 4, 2), as in `CollocationTrajectory`.
+        lift_rate: ṗz at the two height points, (N, 4, 2), m/s.
+    """
+
+    kind: ClassVar[str] = "condensed"
+    contact: NDArray[np.bool_]
+    interval: Array
+    r: Array
+    theta: Array
+    dr: Array
+    L: Array
+    foot_xy: Array
+    foot_z: Array
+    heading: Array
+    force: Array
+    motion: Array
+    lift_rate: Array
+
+    def sample(self, times: Array, robot: Robot) -> Samples:
+        h, count = float(self.interval), self.r.shape[0]
+        k = np.clip(np.floor(times / h + 1e-9).astype(int), 0, count - 1)
+        tau = times / h - k
+        figures = Figures(
+            mass=robot.mass,
+            inertia_inverse=np.linalg.inv(robot.inertia_matrix),
+            kinds=[leg.foot for leg in robot.leg_list],
+            heading_offset=[leg.heading for leg in robot.leg_list],
+        )
+        begin = State(
+            r=list(self.r[k].T),
+            theta=list(self.theta[k].T),
+            dr=list(self.dr[k].T),
+            L=list(self.L[k].T),
+            feet=tuple(
+                FootState([*self.foot_xy[k, i].T, self.foot_z[k, i]], self.heading[k, i]) for i in range(4)
+            ),
+        )
+        inputs = [
+            # the lift is one parabola per interval: a shorter step must see the rates at its own points
+            FootInput(list(self.force[k, i].T), list(self.motion[k, i].T), self._rates(k, i, tau))
+            for i in range(4)
+        ]
+        x, _ = step(np, begin, inputs, tau * h, figures)
+        theta = np.stack(x.theta, axis=-1)
+        theta_rate = np.stack(euler_rate(np, x.theta, x.L, figures), axis=-1)
+        heading = np.stack([np.broadcast_to(foot.sigma, times.shape) for foot in x.feet], axis=-1)
+        foot = feet_in_world(robot, self.motion[k], heading, theta[:, 0], theta_rate[:, 0])
+        position = np.stack([np.stack(f.p, axis=-1) for f in x.feet], axis=1)
+        lift = np.stack([self._rate_at(k, i, tau) for i in range(4)], axis=-1)
+        return Samples(
+            time=times,
+            com_position=np.stack(x.r, axis=-1),
+            euler=theta,
+            com_velocity=np.stack(x.dr, axis=-1),
+            euler_rate=theta_rate,
+            foot_position=position,
+            foot_velocity=np.concatenate([foot.velocity_xy, lift[..., None]], axis=-1),
+            heading=foot.heading,
+            heading_rate=foot.heading_rate,
+            speed=foot.speed,
+            force=self.force[k],
+            contact=self.contact[k],
+        )
+
+    def _rate_at(self, k: NDArray[np.intp], leg: int, tau: Array) -> Array:
+        """ṗz at the fraction τ: linear through the two height points."""
+        c1, c2 = POINTS
+        first, second = self.lift_rate[k, leg].T
+        return np.asarray(((tau - c2) * first - (tau - c1) * second) / (c1 - c2))
+
+    def _rates(self, k: NDArray[np.intp], leg: int, tau: Array) -> list[Array]:
+        return [self._rate_at(k, leg, c * tau) for c in POINTS]
+
+    @property
+    def horizon(self) -> float:
+        return float(self.interval) * self.r.shape[0]
+
+    @classmethod
+    def layout(cls, count: int) -> dict[str, tuple[str, tuple[int, ...]]]:
+        return {
+            "contact": ("b", (count, 4)),
+            "interval": ("f", ()),
+            **dict.fromkeys(("r", "theta", "dr", "L"), ("f", (count, 3))),
+            "foot_xy": ("f", (count, 4, 2)),
+            **dict.fromkeys(("foot_z", "heading"), ("f", (count, 4))),
+            "force": ("f", (count, 4, 3)),
+            **dict.fromkeys(("motion", "lift_rate"), ("f", (count, 4, 2))),
+        }

@@ -1,0 +1,401 @@
+"""A condensed transcription of the same problem: multiple shooting with one cheap step per interval.
+
+State (r, θ, ṙ, L, feet) with the angular momentum L in place of θ̇, inputs constant in an interval, x⁺ = F(x, u) by
+`dynamics.step`. Costs are integrated by the midpoint rule, constraints hold at nodes. The inputs of the interval
+before are part of the state, as the cost of force changes and the bound of accelerations need them.
+
+Variables of an interval: its node (state), then its inputs; at the end of the horizon a last node. That order, and
+rows that define the next node before the others, is what a structure-exploiting solver wants.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.dynamics.step import (
+    POINTS,
+    Figures,
+    FootInput,
+    FootState,
+    State,
+    angular_momentum,
+    euler_rate,
+    step,
+)
+from rollgait.ocp.instant import Body, Inputs, Instant, make_instant
+from rollgait.ocp.problem import Problem
+from rollgait.ocp.term import Place
+from rollgait.plan.condensed import CondensedTrajectory
+from rollgait.plan.samples import Samples
+from rollgait.robot.robot import Robot
+from rollgait.transcription.guess import Motion, motion_inputs
+from rollgait.transcription.layout import Layout
+from rollgait.transcription.nlp import Block, Nlp, StageFunction
+from rollgait.transcription.stage import RowLabel, Stage, StageBuilder
+from rollgait.transcription.tableau import gauss_legendre
+
+Array = NDArray[np.float64]
+FEET = 4
+HEIGHT = gauss_legendre(len(POINTS))
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Sizes of the stages 0 … N: states, inputs, and rows that do not define the next state."""
+
+    nx: tuple[int, ...]
+    nu: tuple[int, ...]
+    ng: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Condensed:
+    """The transcribed problem, and the way from a guess to its variables and from its variables to a motion."""
+
+    problem: Problem
+    nlp: Nlp
+
+    name = "condensed"
+
+    def encode(self, motion: Motion) -> Array:
+        """The free variables that come nearest to a motion."""
+        return _encode(self.problem, motion)[self.nlp.free]
+
+    def decode(self, w: Array) -> CondensedTrajectory:
+        """The motion that free variables mean."""
+        return _decode(self.problem, self.nlp.all_variables(w))
+
+    @property
+    def structure(self) -> Structure:
+        """Sizes of the stages as the solver sees them, fixed variables and empty rows left out."""
+        layout, count, nlp = _layout(self.problem.robot), self.problem.schedule.intervals, self.nlp
+        is_free = np.zeros(nlp.total, dtype=int)
+        is_free[nlp.free] = 1
+        rows = is_free[: count * layout.stage].reshape(count, layout.stage)
+        nx = [*rows[:, : layout.node.size].sum(axis=1), is_free[count * layout.stage :].sum()]
+        interval, end = nlp.blocks
+        path = nlp.kept(interval) & ~nlp.defines_next(interval)
+        ng = [*path.sum(axis=0), nlp.kept(end).sum()]
+        nu = [*rows[:, layout.node.size :].sum(axis=1), 0]
+        return Structure(*(tuple(int(v) for v in sizes) for sizes in (nx, nu, ng)))
+
+
+def transcribe(problem: Problem) -> Condensed:
+    """The problem as an NLP by one step per interval."""
+    layout, count = _layout(problem.robot), problem.schedule.intervals
+    stage = layout.stage
+    total = count * stage + layout.last
+    variables = np.arange(count) * stage + np.arange(stage + layout.node.size)[:, None]
+    variables[stage + layout.last :, -1] = -1  # nothing follows that would need the last inputs
+    interval = _interval_stage(problem, layout)
+    end = _end_stage(problem, layout)
+    defined = np.full(interval.rows.numel(), -1, dtype=np.intp)
+    defined[: layout.node.size] = stage + np.arange(layout.node.size)
+    last = (count * stage + np.arange(layout.last))[:, None]
+    blocks = [
+        Block(interval, StageFunction("interval", interval), variables, next_state=defined),
+        Block(end, StageFunction("end", end), last, first=count),
+    ]
+    return Condensed(problem, Nlp(blocks, total, initial=_start_values(problem, layout)))
+
+
+# -- variables ------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Layouts:
+    """Order of the variables: `node` is the state with the previous inputs at its end, `inputs` those of an interval.
+
+    Attributes:
+        previous: which of the 8 planar inputs the next stage must know (σ̇ it need not).
+        last: size of the last node, which has no previous inputs.
+    """
+
+    node: Layout
+    inputs: Layout
+    steerable: tuple[int, ...]
+    previous: tuple[int, ...]
+    last: int
+
+    @property
+    def stage(self) -> int:
+        """Variables of an interval."""
+        return self.node.size + self.inputs.size
+
+
+def _layout(robot: Robot) -> _Layouts:
+    steerable = tuple(i for i, leg in enumerate(robot.leg_list) if leg.foot == "steerable")
+    previous = tuple(j for j in range(2 * FEET) if not (j % 2 == 1 and j // 2 in steerable))
+    state = [("theta", 3), ("L", 3), ("r", 3), ("dr", 3), ("xy", 2 * FEET), ("sigma", len(steerable)), ("z", FEET)]
+    node = Layout([*state, ("previous_force", 3 * FEET), ("previous_motion", len(previous))])
+    inputs = Layout([("force", 3 * FEET), ("motion", 2 * FEET), ("lift_rate", 2 * FEET)])
+    return _Layouts(node, inputs, steerable, previous, sum(size for _, size in state))
+
+
+# -- stages ---------------------------------------------------------------------------------------------------------
+
+
+class _Scaled:
+    """Units of the variables: forces in weights of the robot, L in its mean moment of inertia times rad/s."""
+
+    def __init__(self, body: Body) -> None:
+        self.force = body.weight
+        self.momentum = (body.inertia[0, 0] + body.inertia[1, 1] + body.inertia[2, 2]) / 3.0
+
+
+def _state_of(layout: _Layouts, node: ca.SX, scaled: _Scaled) -> State:
+    groups = {name: node[layout.node[name]] for name in ("theta", "L", "r", "dr", "xy", "sigma", "z")}
+    sigma: list[Any] = [0.0] * FEET
+    for number, leg in enumerate(layout.steerable):
+        sigma[leg] = groups["sigma"][number]
+    feet = (
+        FootState([groups["xy"][2 * i], groups["xy"][2 * i + 1], groups["z"][i]], sigma[i]) for i in range(FEET)
+    )
+    return State(
+        r=ca.vertsplit(groups["r"]),
+        theta=ca.vertsplit(groups["theta"]),
+        dr=ca.vertsplit(groups["dr"]),
+        L=[scaled.momentum * c for c in ca.vertsplit(groups["L"])],
+        feet=tuple(feet),
+    )
+
+
+def _node_of(layout: _Layouts, x: State, inputs: ca.SX, scaled: _Scaled) -> ca.SX:
+    """The node vector of a state that follows an interval with these inputs."""
+    motion = inputs[layout.inputs["motion"]]
+    return ca.vertcat(
+        *x.theta,
+        *(c / scaled.momentum for c in x.L),
+        *x.r,
+        *x.dr,
+        *(foot.p[a] for foot in x.feet for a in range(2)),
+        *(x.feet[leg].sigma for leg in layout.steerable),
+        *(foot.p[2] for foot in x.feet),
+        inputs[layout.inputs["force"]],
+        *(motion[j] for j in layout.previous),
+    )
+
+
+class _Interval:
+    """The symbols of one interval, its step, and instants at its begin, middle and end."""
+
+    def __init__(self, builder: StageBuilder, layout: _Layouts) -> None:
+        problem, body = builder.problem, builder.body
+        self.builder, self.layout, self.scaled = builder, layout, _Scaled(body)
+        self.robot = _figures(builder)
+        self.node = ca.SX.sym("node", layout.node.size)
+        self.u = ca.SX.sym("inputs", layout.inputs.size)
+        self.next_node = ca.SX.sym("next_node", layout.node.size)
+        self.kinds = [leg.foot for leg in problem.robot.leg_list]
+        groups = {name: self.u[layout.inputs[name]] for name in ("force", "motion", "lift_rate")}
+        self.inputs = Inputs(
+            [body.weight * groups["force"][3 * i : 3 * i + 3] for i in range(FEET)],
+            [groups["motion"][2 * i : 2 * i + 2] for i in range(FEET)],
+            [groups["lift_rate"][2 * i : 2 * i + 2] for i in range(FEET)],
+        )
+        self.previous = self._previous_inputs()
+        self.begin = _state_of(layout, self.node, self.scaled)
+        feet = [
+            FootInput(ca.vertsplit(f), ca.vertsplit(m), ca.vertsplit(w))
+            for f, m, w in zip(self.inputs.force, self.inputs.motion, self.inputs.lift_rate, strict=True)
+        ]
+        self.end, self.middle = step(ca, self.begin, feet, body.interval, self.robot)
+
+    @property
+    def y(self) -> ca.SX:
+        """All local variables, in rising order of their numbers in the whole problem."""
+        return ca.vertcat(self.node, self.u, self.next_node)
+
+    def _previous_inputs(self) -> Inputs:
+        force = self.node[self.layout.node["previous_force"]]
+        motion = ca.SX.nan(2 * FEET)
+        motion[list(self.layout.previous)] = self.node[self.layout.node["previous_motion"]]
+        return Inputs(
+            [self.builder.body.weight * force[3 * i : 3 * i + 3] for i in range(FEET)],
+            [motion[2 * i : 2 * i + 2] for i in range(FEET)],
+            Inputs.none().lift_rate,
+        )
+
+    def instant(self, x: State, tau: float, height_point: int | None = None) -> Instant:
+        """The instant of a state at the fraction τ of the interval."""
+        rates = _rate_at(self.inputs.lift_rate, tau)
+        return _instant(
+            self.builder.body, self.kinds, x, self.robot, rates, self.inputs, self.previous, height_point
+        )
+
+    def at_height_point(self, j: int) -> Instant:
+        """The instant at a height point (only the height and its rate are those of the point)."""
+        h, weights = self.builder.body.interval, _height_integrals(HEIGHT.points[j])
+        feet = tuple(
+            FootState([*foot.p[:2], foot.p[2] + h * ca.dot(ca.DM(weights), self.inputs.lift_rate[i])], foot.sigma)
+            for i, foot in enumerate(self.begin.feet)
+        )
+        x = State(self.begin.r, self.begin.theta, self.begin.dr, self.begin.L, feet)
+        return self.instant(x, float(HEIGHT.points[j]), j)
+
+
+def _interval_stage(problem: Problem, layout: _Layouts) -> Stage:
+    count = problem.schedule.intervals
+    builder = StageBuilder(problem, count)
+    interval = _Interval(builder, layout)
+    node_end = _node_of(layout, interval.end, interval.u, interval.scaled)
+    label = RowLabel("dynamics", None, Place.INTERVAL_END.name)
+    builder.add_rows(interval.next_node[: layout.last] - node_end[: layout.last], label)
+    not_last = np.arange(count) < count - 1
+    builder.add_rows(interval.next_node[layout.last :] - node_end[layout.last :], label, holds=not_last)
+    builder.add_costs([interval.instant(interval.middle, 0.5)], np.ones(1), terminal=False)
+    builder.add_constraints(
+        {
+            Place.NODE: [interval.instant(interval.begin, 0.0)],
+            Place.INTERVAL_END: [interval.instant(interval.end, 1.0)],
+            Place.HEIGHT_POINTS: [interval.at_height_point(j) for j in range(len(POINTS))],
+        }
+    )
+    return builder.finish(interval.y)
+
+
+def _end_stage(problem: Problem, layout: _Layouts) -> Stage:
+    builder = StageBuilder(problem, 1)
+    node = ca.SX.sym("node", layout.last)
+    x = _state_of(layout, node, _Scaled(builder.body))
+    kinds = [leg.foot for leg in problem.robot.leg_list]
+    none = [ca.SX.nan(1)] * FEET
+    instant = _instant(builder.body, kinds, x, _figures(builder), none, Inputs.none(), Inputs.none())
+    builder.add_costs([instant], np.ones(1), terminal=True)
+    builder.add_constraints({Place.TERMINAL: [instant]})
+    return builder.finish(node)
+
+
+def _instant(
+    body: Body,
+    kinds: Sequence[Any],
+    x: State,
+    robot: Figures,
+    height_rate: Sequence[ca.SX],
+    inputs: Inputs,
+    previous: Inputs,
+    height_point: int | None = None,
+) -> Instant:
+    return make_instant(
+        body,
+        kinds,
+        ca.vertcat(*x.r, *x.theta),
+        ca.vertcat(*x.dr, *euler_rate(ca, x.theta, x.L, robot)),
+        [ca.vertcat(*foot.p[:2]) for foot in x.feet],
+        [foot.p[2] for foot in x.feet],
+        [foot.sigma for foot in x.feet],
+        height_rate,
+        inputs,
+        previous,
+        height_point,
+    )
+
+
+def _figures(builder: StageBuilder) -> Figures:
+    robot = builder.problem.robot
+    inverse = np.linalg.inv(robot.inertia_matrix)
+    xx, xy, xz, yy, yz, zz = ca.vertsplit(builder.symbol("inertia_inverse", inverse[np.triu_indices(3)]))
+    return Figures(
+        mass=builder.body.mass,
+        inertia_inverse=[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
+        kinds=[leg.foot for leg in robot.leg_list],
+        heading_offset=ca.vertsplit(builder.body.heading_offset),
+    )
+
+
+def _rate_at(lift_rate: Sequence[ca.SX], tau: float) -> list[ca.SX]:
+    """ṗz at the fraction τ: linear through the two height points."""
+    c1, c2 = POINTS
+    return [((tau - c2) * w[0] - (tau - c1) * w[1]) / (c1 - c2) for w in lift_rate]
+
+
+def _height_integrals(tau: float) -> Array:
+    """∫₀^τ of the lines with value 1 at one height point and 0 at the other."""
+    c1, c2 = POINTS
+    return np.array([(0.5 * tau - c2) * tau / (c1 - c2), (0.5 * tau - c1) * tau / (c2 - c1)])
+
+
+# -- to and from numbers --------------------------------------------------------------------------------------------
+
+
+def _encode(problem: Problem, motion: Motion) -> Array:
+    layout, schedule, robot = _layout(problem.robot), problem.schedule, problem.robot
+    count, h = schedule.intervals, schedule.interval
+    begins = schedule.node_times[:-1]
+    nodes = _node_rows(layout, motion(schedule.node_times), robot)
+    middle = motion(begins + 0.5 * h)
+    at_height = motion((begins[:, None] + h * HEIGHT.points).ravel())
+    rates = at_height.foot_velocity[:, :, 2].reshape(count, len(POINTS), FEET).swapaxes(1, 2)
+    force = (middle.force / robot.weight).reshape(count, -1)
+    motions = motion_inputs(robot, middle).reshape(count, -1)
+    previous = np.hstack([force, motions[:, list(layout.previous)]])
+    previous = np.vstack([np.zeros_like(previous[:1]), previous[:-1]])
+    rows = np.hstack([nodes[:-1], previous, force, motions, rates.reshape(count, -1)])
+    return np.concatenate([rows.ravel(), nodes[-1]])
+
+
+def _node_rows(layout: _Layouts, s: Samples, robot: Robot) -> Array:
+    """States without the previous inputs, one row for each sample."""
+    L = angular_momentum(np, list(s.euler.T), list(s.euler_rate.T), robot.inertia_matrix)
+    return np.hstack(
+        [
+            s.euler,
+            np.stack(L, axis=-1) / _mean_inertia(robot),
+            s.com_position,
+            s.com_velocity,
+            s.foot_position[:, :, :2].reshape(len(s.time), -1),
+            s.heading[:, list(layout.steerable)],
+            s.foot_position[:, :, 2],
+        ]
+    )
+
+
+def _mean_inertia(robot: Robot) -> float:
+    return float(np.trace(robot.inertia_matrix)) / 3.0
+
+
+def _start_values(problem: Problem, layout: _Layouts) -> Array:
+    """x0 in the order of the first node; nothing came before it."""
+    start, robot = problem.start, problem.robot
+    L = angular_momentum(np, list(start.base[3:]), list(start.base_rate[3:]), robot.inertia_matrix)
+    return np.concatenate(
+        [
+            start.base[3:],
+            np.array(L) / _mean_inertia(robot),
+            start.base[:3],
+            start.base_rate[:3],
+            start.p_foot[:, :2].ravel(),
+            start.heading[list(layout.steerable)],
+            start.p_foot[:, 2],
+            np.zeros(layout.node.size - layout.last),
+        ]
+    )
+
+
+def _decode(problem: Problem, variables: Array) -> CondensedTrajectory:
+    layout, count, robot = _layout(problem.robot), problem.schedule.intervals, problem.robot
+    rows = variables[: count * layout.stage].reshape(count, layout.stage)
+    nodes, inputs = rows[:, : layout.node.size], rows[:, layout.node.size :]
+    heading = np.zeros((count, FEET))
+    heading[:, list(layout.steerable)] = nodes[:, layout.node["sigma"]]
+    values = {
+        "contact": problem.schedule.contact.T,
+        "interval": np.array(problem.schedule.interval),
+        "r": nodes[:, layout.node["r"]],
+        "theta": nodes[:, layout.node["theta"]],
+        "dr": nodes[:, layout.node["dr"]],
+        "L": nodes[:, layout.node["L"]] * _mean_inertia(robot),
+        "foot_xy": nodes[:, layout.node["xy"]].reshape(count, FEET, 2),
+        "foot_z": nodes[:, layout.node["z"]],
+        "heading": heading,
+        "force": inputs[:, layout.inputs["force"]].reshape(count, FEET, 3) * robot.weight,
+        "motion": inputs[:, layout.inputs["motion"]].reshape(count, FEET, 2),
+        "lift_rate": inputs[:, layout.inputs["lift_rate"]].reshape(count, FEET, 2),
+    }
+    return CondensedTrajectory(**{f.name: values[f.name].copy() for f in fields(CondensedTrajectory)})
