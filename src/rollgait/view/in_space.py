@@ -68,9 +68,10 @@ def draw_top(figure: Figure, plan: Plan, style: Style) -> None:
     edges = [0.0, *(later.at for later in plan.scenario.goal.then), plan.horizon]
     points = np.concatenate([s.foot_position[..., :2].reshape(-1, 2), s.com_position[:, :2]])
     points = np.concatenate([points, *(_outline(plan.robot, goal)[:, :2] for goal in goals)])
-    low, high = points.min(axis=0) - 0.1, points.max(axis=0) + 0.1
+    margin = 0.03 + max(leg.wheel_radius or 0.0 for leg in plan.robot.leg_list)
+    low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
     shape = (high[1] - low[1]) / (high[0] - low[0])
-    figure.set_size_inches(style.width, (0.25 + min(0.88 * shape, 1.2) * len(goals)) * style.width)
+    figure.set_size_inches(style.width, (0.22 + min(0.84 * shape, 1.2) * len(goals)) * style.width)
     panels = figure.subplots(len(goals), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
     for axes, goal, (begin, end) in zip(panels, goals, pairwise(edges), strict=True):
         now = s.at((s.time >= begin) & (s.time <= end))
@@ -108,9 +109,11 @@ def _snapshot(axes: Axes, plan: Plan, now: Samples, style: Style) -> None:
         if not now.contact[leg]:  # a hollow bar: the wheel is in the air
             inner = np.stack([foot - 0.8 * along, foot + 0.8 * along])
             axes.plot(*inner.T, color="white", lw=1.6 * style.line, zorder=3, solid_capstyle="butt")
+    rear = 0.25 * (_hips(plan.robot)[2:, 0].sum())  # half-way from the CoM: the middle shows the goal's star
+    x, y, _ = _in_world(np.array([[rear, 0.0]]), _pose(now))[0]
     axes.annotate(
         f"{float(now.time):.1f} s",
-        (float(now.com_position[0]), float(now.com_position[1])),
+        (x, y),
         ha="center",
         va="center",
         zorder=5,
@@ -167,7 +170,7 @@ def _fit(figure: Figure, axes: Axes3D, points: Array, style: Style) -> None:
     low, high = points.min(axis=0) - 0.05, points.max(axis=0) + 0.05
     for axis, label, a, b in zip((axes.xaxis, axes.yaxis, axes.zaxis), "xyz", low, high, strict=True):
         axis.set_view_interval(a, b, ignore=True)
-        axis.set_major_locator(ticks(max(2, min(6, int((b - a) / 0.25)))))
+        axis.set_major_locator(ticks(max(2, min(6, int((b - a) / 0.3)))))
         axis.set_label_text(f"{label} (m)")
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
         axis.set_tick_params(pad=-0.2 * style.font)

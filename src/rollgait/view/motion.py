@@ -36,13 +36,23 @@ def swing_times(plan: Plan) -> Iterator[tuple[int, float, float]]:
 
 
 def snapshot_times(plan: Plan, begin: float, end: float) -> NDArray[np.float64]:
-    """Times at which pictures of the moving robot stand clear of each other, `begin` and `end` among them.
+    """Times at which pictures of the moving robot stand clear of each other, `end` among them.
 
     A turn counts as the way of a point `TURN_LEVER` from its axis.
     """
     s = dense_samples(plan)
     s = s.at((s.time >= begin) & (s.time <= end))
-    moved = np.linalg.norm(np.diff(s.com_position[:, :2], axis=0), axis=1)
-    way = np.concatenate([[0.0], np.cumsum(np.hypot(moved, TURN_LEVER * np.diff(s.euler[:, 0])))])
-    count = int(np.clip(round(way[-1] / SNAPSHOT_SPACING) + 1, 1, MAX_SNAPSHOTS))
-    return np.interp(np.linspace(0.0, way[-1], count), way, s.time)
+    place = np.column_stack([s.com_position[:, :2], TURN_LEVER * s.euler[:, 0]])
+    spacing = SNAPSHOT_SPACING
+    while len(kept := _apart(place, spacing)) > MAX_SNAPSHOTS:
+        spacing *= 1.1
+    return np.asarray(s.time[kept])
+
+
+def _apart(place: NDArray[np.float64], spacing: float) -> list[int]:
+    """Indices of the last place, and of others that keep their distance from it and from each other."""
+    kept = [len(place) - 1]
+    for index, here in enumerate(place):
+        if np.linalg.norm(place[kept] - here, axis=1).min() >= spacing:
+            kept.append(index)
+    return sorted(kept)

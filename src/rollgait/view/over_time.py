@@ -5,6 +5,7 @@ Where a leg is in the air, the time is shaded in its colour.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -139,10 +140,8 @@ def draw_gait(figure: Figure, plan: Plan, style: Style) -> None:
     axes.set_ylim(3.6, -0.6)
     axes.grid(False, axis="y")
     _time_axis(axes, plan)
-    _legend(
-        figure,
-        [Patch(color=SECOND_COLOUR, label="on the ground"), Patch(color="none", label="gap: in the air")],
-    )
+    swing = Patch(facecolor="white", edgecolor=SECOND_COLOUR, label="swing")
+    _legend(figure, [Patch(color=SECOND_COLOUR, label="stance"), swing])
 
 
 def _by_leg(axes: Axes, plan: Plan, time: Array, values: Array, legs: Sequence[int] = range(4)) -> None:
@@ -181,5 +180,7 @@ def _time_axis(axes: Axes, plan: Plan) -> None:
     axes.set_xlabel(TIME_LABEL)
 
 
-def _legend(figure: Figure, handles: list[Line2D | Patch]) -> None:
-    figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
+def _legend(figure: Figure, handles: Sequence[Line2D | Patch]) -> None:
+    """One legend over all panels, in two rows if one would not fit a column of a paper."""
+    rows = 1 if len(handles) <= 4 else 2
+    figure.legend(handles=handles, loc="outside upper center", ncols=math.ceil(len(handles) / rows))

@@ -87,7 +87,7 @@ STYLES: Final[dict[str, Style]] = {
 
 def ticks(count: int) -> MaxNLocator:
     """Places of about `count` ticks at round numbers."""
-    return MaxNLocator(count, steps=[1, 2, 5, 10])
+    return MaxNLocator(count, steps=[1, 2, 5, 10] if count > 2 else [1, 2, 4, 5, 10])
 
 
 def find_style(name: str) -> Style:
