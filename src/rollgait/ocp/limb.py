@@ -67,6 +67,7 @@ class Reach(FootConstraint):
 
     name = "reach"
     unit = "m²"
+    curvature = 0.3  # 2 ‖ṗ‖² of a foot that passes its hip at 0.4 m/s
 
     def applies(self, problem: Problem, leg: int) -> bool:
         return limb_of(problem, leg) is not None

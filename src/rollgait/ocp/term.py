@@ -124,6 +124,8 @@ class FootConstraint(ABC):
 
     Attributes: as of `Constraint`, and
         phase: in which phase of the foot it holds.
+        curvature: its second derivative in time, in unit/s², that must be reckoned with between nodes: where a
+            transcription demands the constraint at nodes only, it is tightened by curvature · h² / 8.
     """
 
     name: ClassVar[str]
@@ -132,6 +134,7 @@ class FootConstraint(ABC):
     lower: float = -np.inf
     upper: float = np.inf
     unit: ClassVar[str] = ""
+    curvature: ClassVar[float] = 0.0
 
     def applies(self, problem: Problem, leg: int) -> bool:
         """Whether this foot has such a constraint at all (by its kind, say)."""

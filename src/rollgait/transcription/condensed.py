@@ -1,8 +1,9 @@
 """A condensed transcription of the same problem: multiple shooting with one cheap step per interval.
 
 State (r, θ, ṙ, L, feet) with the angular momentum L in place of θ̇, inputs constant in an interval, x⁺ = F(x, u) by
-`dynamics.step`. Costs are integrated by the midpoint rule, constraints hold at nodes. The inputs of the interval
-before are part of the state, as the cost of force changes and the bound of accelerations need them.
+`dynamics.step`. Costs are integrated by the midpoint rule, constraints hold at nodes, tightened by what may happen
+between them. The inputs of the interval before are part of the state, as the cost of force changes and the bound of
+accelerations need them.
 
 Variables of an interval: its node (state), then its inputs; at the end of the horizon a last node. That order, and
 rows that define the next node before the others, is what a structure-exploiting solver wants.
@@ -242,7 +243,7 @@ class _Interval:
 
 def _interval_stage(problem: Problem, layout: _Layouts) -> Stage:
     count = problem.schedule.intervals
-    builder = StageBuilder(problem, count)
+    builder = StageBuilder(problem, count, only_at_nodes=True)
     interval = _Interval(builder, layout)
     node_end = _node_of(layout, interval.end, interval.u, interval.scaled)
     label = RowLabel("dynamics", None, Place.INTERVAL_END.name)

@@ -76,10 +76,14 @@ class Stage:
 class StageBuilder:
     """Collects the costs, rows and parameters of one stage."""
 
-    def __init__(self, problem: Problem, count: int) -> None:
-        """`count` is N for the stage of an interval and 1 for that of the end of the horizon."""
+    def __init__(self, problem: Problem, count: int, only_at_nodes: bool = False) -> None:
+        """`count` is N for the stage of an interval and 1 for that of the end of the horizon.
+
+        With `only_at_nodes`, constraints on states are tightened by what may happen between the nodes.
+        """
         self.problem = problem
         self.count = count
+        self._only_at_nodes = only_at_nodes
         self._symbols: list[ca.SX] = []
         self._values: list[Array] = []
         self._costs: dict[str, ca.SX] = {}
@@ -193,7 +197,9 @@ class StageBuilder:
         is_force = term.unit == "N"
         scale = self.problem.robot.weight if is_force else 1.0
         unit = self.body.weight if is_force else ca.SX(1)
+        between = self.problem.schedule.interval**2 / 8.0 * term.curvature if self._only_at_nodes else 0.0
         low, high = (np.asarray(limit, dtype=float) / scale for limit in term.limits(self.problem, leg))
+        low, high = low + between, high - between
         for place in places:
             holds = self._mask(term.holds(self.problem, place, leg))
             for x in instants[place]:
