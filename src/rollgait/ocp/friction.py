@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rollgait.ocp.instant import Foot, Instant
+from rollgait.ocp.limits import SteeringRate
 from rollgait.ocp.term import INPUT, STATE_AND_INPUT, Data, FootConstraint, Limits, Phase
 
 if TYPE_CHECKING:
@@ -17,7 +18,12 @@ if TYPE_CHECKING:
 
 
 class Friction(FootConstraint):
-    """|f^x| ≤ μ f^z and |f^y| ≤ μ f^z in the contact frame; μ/√2 for the pyramid inside the cone (inscribed)."""
+    """|f^x| ≤ μ f^z and |f^y| ≤ μ f^z in the contact frame; μ/√2 for the pyramid inside the cone (inscribed).
+
+    The force is constant in an interval but the contact frame of a steered wheel turns: between two places where this
+    holds, an angle δ apart, f^y reaches up to μ f^z / cos(δ/2). So that it holds between them too, μ is taken times
+    cos(δ/2) with the largest δ = σ̇_max h: 0.995 at 2 rad/s and 0.1 s.
+    """
 
     name = "friction"
     places = STATE_AND_INPUT
@@ -26,12 +32,20 @@ class Friction(FootConstraint):
     unit = "N"
 
     def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
-        mu = problem.scenario.ground.friction
+        mu = problem.scenario.ground.friction * np.cos(0.5 * _turn(problem, leg))
         return {"mu": [mu / np.sqrt(2.0) if problem.scenario.bounds.inscribed else mu]}
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         tangential, normal = foot.force_contact[:2], foot.force_contact[2]
         return ca.vertcat(d.mu * normal - tangential, d.mu * normal + tangential)
+
+
+def _turn(problem: Problem, leg: int) -> float:
+    """δ: the largest angle by which a wheel is steered in an interval, at most a right one, rad."""
+    if problem.robot.leg_list[leg].foot != "steerable":
+        return 0.0
+    _, rate_max = SteeringRate().limits(problem, leg)
+    return float(min(np.asarray(rate_max) * problem.schedule.interval, 0.5 * np.pi))
 
 
 class ForceLimits(FootConstraint):

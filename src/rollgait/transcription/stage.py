@@ -198,8 +198,8 @@ class StageBuilder:
         scale = self.problem.robot.weight if is_force else 1.0
         unit = self.body.weight if is_force else ca.SX(1)
         between = self.problem.schedule.interval**2 / 8.0 * term.curvature if self._only_at_nodes else 0.0
-        low, high = (np.asarray(limit, dtype=float) / scale for limit in term.limits(self.problem, leg))
-        low, high = low + between, high - between
+        low, high = (np.asarray(limit, dtype=float) for limit in term.limits(self.problem, leg))
+        low, high = (low + between) / scale, (high - between) / scale
         for place in places:
             holds = self._mask(term.holds(self.problem, place, leg))
             for x in instants[place]:

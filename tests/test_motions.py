@@ -1,0 +1,58 @@
+"""The paper's four motions from a cold start, in both profiles: solved, certified, at the goal, at rest."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rollgait as rg
+
+pytestmark = pytest.mark.slow
+
+MOTIONS = rg.scenario_names()
+NOT_PROMISED_BY_THE_PAPER = {"goal_distance", "goal_yaw", "end_rate", "end_level"}
+
+
+@pytest.fixture(
+    scope="module", params=[(name, p) for p in ("executable", "paper") for name in MOTIONS], ids="-".join
+)
+def plan(request: pytest.FixtureRequest) -> rg.Plan:
+    name, profile = request.param
+    return rg.plan(name, profile=profile)
+
+
+def wanted(plan: rg.Plan) -> Any:
+    return plan.scenario.goal_at(np.array([plan.horizon]))[0]
+
+
+def test_certified(plan: rg.Plan) -> None:
+    certificate = plan.certificate()
+    assert plan.solved
+    assert certificate.passed, "\n".join(map(str, certificate.failures))
+    open_ends = {row.name for row in certificate.rows if row.verdict == "not promised"}
+    if plan.scenario.profile == "paper":
+        assert open_ends >= NOT_PROMISED_BY_THE_PAPER
+    else:
+        assert not open_ends & NOT_PROMISED_BY_THE_PAPER
+
+
+def test_at_the_goal(plan: rg.Plan) -> None:
+    """1 cm and 1°, 2 cm with locked wheels; the paper's cost alone comes within 12 cm and 3°."""
+    end, goal = plan.sample(plan.horizon), wanted(plan)
+    legged = plan.scenario.gait.wheels == "locked"
+    executable = plan.scenario.profile == "executable"
+    distance = np.hypot(*(end.com_position[:2] - goal[:2]))
+    assert distance <= ((0.02 if legged else 0.01) if executable else 0.12)
+    assert abs(np.degrees(end.euler[0] - goal[3])) <= (1.0 if executable else 3.0)
+
+
+def test_at_rest(plan: rg.Plan) -> None:
+    end = plan.sample(plan.horizon)
+    np.testing.assert_allclose(end.com_velocity, 0.0, atol=1e-4)
+    np.testing.assert_allclose(end.speed, 0.0, atol=1e-4)
+    np.testing.assert_allclose(end.foot_velocity[:, :2], 0.0, atol=1e-4)
+    if plan.scenario.profile == "executable":
+        np.testing.assert_allclose(end.euler_rate, 0.0, atol=1e-4)
+        np.testing.assert_allclose(end.euler[1:], 0.0, atol=1e-4)
