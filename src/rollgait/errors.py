@@ -65,6 +65,12 @@ class NotSolvedError(RollgaitError):
         super().__init__(message)
 
 
+class NotCertifiedError(RollgaitError):
+    """A plan whose certificate fails would have been executed."""
+
+    exit_status = 1
+
+
 class MissingExtraError(RollgaitError):
     """A feature needs an optional dependency that is not installed."""
 

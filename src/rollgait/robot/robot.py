@@ -144,6 +144,8 @@ class Robot(Config):
     """b: half-sizes of the box about p̄ in which a foot may be, base-yaw frame, m."""
     legs: Legs
     """The four legs."""
+    whole_body: str | None = None
+    """File that describes all its joints, for tracking; if none, the one of this name in the library."""
 
     @model_validator(mode="after")
     def _can_stand(self) -> Robot:

@@ -1,0 +1,210 @@
+"""URDF and SRDF as files: reading, repairing and judging them before any library builds a model of them."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Final
+
+from rollgait.errors import FileError, InputError, UnknownNameError
+
+UNLIMITED: Final = 1e9
+"""Stands for "no limit" in the URDF that is handed on (rad, rad/s, N m)."""
+
+_MOVING: Final = ("revolute", "continuous")
+_PACKAGE: Final = "package://"
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of a URDF."""
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    mimics: str | None
+
+
+@dataclass(frozen=True)
+class Urdf:
+    """A URDF whose root moves freely: no joint holds it, and every turning joint has limits.
+
+    Attributes:
+        path: where it was read.
+        root: its XML. Continuous joints have become revolute ones with limits of ±`UNLIMITED`, so that an angle
+            is one number that counts turns; a floating joint at the root is gone, as whoever reads this adds one.
+    """
+
+    path: Path
+    root: ET.Element
+
+    @property
+    def text(self) -> str:
+        """The XML."""
+        return ET.tostring(self.root, encoding="unicode")
+
+    @cached_property
+    def links(self) -> dict[str, ET.Element]:
+        """The links by name."""
+        return {link.get("name", ""): link for link in self.root.iter("link")}
+
+    @cached_property
+    def joints(self) -> dict[str, Joint]:
+        """The joints by name."""
+        return {joint.name: joint for joint in _joints(self.root)}
+
+    def chain(self, link: str) -> list[Joint]:
+        """The joints from the root to a link, in this order."""
+        above = {joint.child: joint for joint in self.joints.values()}
+        result: list[Joint] = []
+        while link in above:
+            result.insert(0, above[link])
+            link = above[link].parent
+        return result
+
+    def leg_chain(self, field: str, link: str) -> list[Joint]:
+        """The turning joints from the root to a link.
+
+        Raises:
+            InputError: there is no such link, or one of the joints is of a kind that a leg must not have.
+        """
+        if link not in self.links:
+            raise UnknownNameError(field, link, self.links, f"is not a link of {self.path.name}")
+        chain = [joint for joint in self.chain(link) if joint.kind != "fixed"]
+        for joint in chain:
+            if joint.kind not in _MOVING:
+                rule = f"has a {joint.kind} joint, {joint.name}, in its leg: a leg's joints must all turn"
+                raise InputError(field, link, rule)
+            if joint.mimics is not None:
+                rule = f"has the joint {joint.name} in its leg, which mimics {joint.mimics}: it must move by itself"
+                raise InputError(field, link, rule)
+        return chain
+
+    def radius(self, link: str) -> float | None:
+        """Radius of the first cylinder or sphere of a link, collision geometry before visual, m."""
+        for part in ("collision", "visual"):
+            for shape in ("cylinder", "sphere"):
+                found = self.links[link].find(f"{part}/geometry/{shape}")
+                if found is not None:
+                    return float(found.get("radius", "nan"))
+        return None
+
+    def meshes(self) -> dict[str, Path]:
+        """The file of every mesh, by its name in the URDF.
+
+        Raises:
+            FileError: one of them does not exist.
+        """
+        return {name: self.find_mesh(name) for name in self._mesh_names()}
+
+    def find_mesh(self, name: str) -> Path:
+        """The file that a mesh's name means. Raises `FileError`."""
+        for place in _places(name, self.path):
+            if place.is_file():
+                return place
+        raise FileError("urdf", str(self.path), f"names the mesh {name}, which does not exist")
+
+    def _mesh_names(self) -> Iterator[str]:
+        return (name for mesh in self.root.iter("mesh") if (name := mesh.get("filename")))
+
+
+def read_urdf(path: str | Path) -> Urdf:
+    """Reads and repairs a URDF.
+
+    Raises:
+        FileError: it cannot be read, or is no URDF.
+    """
+    file = Path(path)
+    root = _read_xml("urdf", file)
+    if root.tag != "robot" or root.find("link") is None:
+        raise FileError("urdf", str(file), "is not a URDF: it has no robot with links")
+    _free_the_root(root)
+    _limit_continuous_joints(root)
+    return Urdf(file, root)
+
+
+def read_posture(path: str | Path, name: str) -> dict[str, float]:
+    """Joint angles of a group state of an SRDF, rad.
+
+    Raises:
+        FileError: it cannot be read.
+        UnknownNameError: it has no group state of this name.
+    """
+    file = Path(path)
+    states = {s.get("name", ""): s for s in _read_xml("srdf", file).iter("group_state")}
+    if name not in states:
+        raise UnknownNameError("posture", name, states, f"is not a group state of {file.name}")
+    angles = {}
+    for joint in states[name].iter("joint"):
+        values = joint.get("value", "").split()
+        if len(values) == 1:  # the free joint at the root has several
+            angles[joint.get("name", "")] = float(values[0])
+    return angles
+
+
+def _read_xml(field: str, file: Path) -> ET.Element:
+    try:
+        return ET.parse(file).getroot()
+    except OSError as error:
+        raise FileError(field, str(file), f"cannot be read: {error.strerror}") from None
+    except (ET.ParseError, ValueError) as error:
+        raise FileError(field, str(file), f"is not valid XML: {error}") from None
+
+
+def _joints(root: ET.Element) -> Iterator[Joint]:
+    for joint in root.findall("joint"):
+        parent, child, mimic = joint.find("parent"), joint.find("child"), joint.find("mimic")
+        if parent is None or child is None:
+            continue
+        yield Joint(
+            name=joint.get("name", ""),
+            kind=joint.get("type", ""),
+            parent=parent.get("link", ""),
+            child=child.get("link", ""),
+            mimics=None if mimic is None else mimic.get("joint", ""),
+        )
+
+
+def _free_the_root(root: ET.Element) -> None:
+    """Removes a floating joint at the root, and the link above it."""
+    joints = list(_joints(root))
+    children = {joint.child for joint in joints}
+    for joint in joints:
+        if joint.kind == "floating" and joint.parent not in children:
+            for part in [*root.findall("link"), *root.findall("joint")]:
+                if part.get("name") in (joint.parent, joint.name):
+                    root.remove(part)
+
+
+def _limit_continuous_joints(root: ET.Element) -> None:
+    for joint in root.findall("joint"):
+        if joint.get("type") != "continuous":
+            continue
+        joint.set("type", "revolute")
+        limit = joint.find("limit")
+        if limit is None:
+            limit = ET.SubElement(joint, "limit")
+        for key in ("effort", "velocity"):
+            limit.set(key, limit.get(key) or str(UNLIMITED))
+        limit.set("lower", str(-UNLIMITED))
+        limit.set("upper", str(UNLIMITED))
+
+
+def _places(name: str, urdf: Path) -> Iterator[Path]:
+    """Where a mesh may be: package:// names a folder above the URDF, beside one above it, or on ROS_PACKAGE_PATH."""
+    if not name.startswith(_PACKAGE):
+        yield urdf.parent / name.removeprefix("file://")
+        return
+    package, _, rest = name.removeprefix(_PACKAGE).partition("/")
+    for folder in urdf.absolute().parents:
+        if folder.name == package:
+            yield folder / rest
+        yield folder / package / rest
+    for entry in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep):
+        if entry:
+            yield Path(entry) / package / rest

@@ -1,0 +1,169 @@
+"""What the planner does not know of a robot: the small YAML file that stands beside a URDF.
+
+It names, per leg, the wheel or the foot and the joints that matter, and holds what no URDF tells. Plain data; the
+model itself is built in `urdf_model.py`.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from importlib import resources
+from pathlib import Path
+from typing import Final
+
+from pydantic import model_validator
+
+from rollgait.config import Config, NonNegative, Number, Positive, PositiveVector3, Range, load_yaml, validate
+from rollgait.errors import MISSING, FileError, InputError, MissingExtraError
+from rollgait.robot.robot import LEG_NAMES, LegName, Robot
+
+EXTRA: Final = "whole-body"
+"""The optional extra that brings pinocchio and CENTAURO's model."""
+
+DATA_PREFIX: Final = "example-robot-data:"
+"""Begins the path of a file in the installed package example-robot-data."""
+
+
+class LegJoints(Config):
+    """A leg of the whole body, by the names in the URDF."""
+
+    wheel: str | None = None
+    """Frame (link) at the centre of the wheel; none for a point foot."""
+    wheel_joint: str | None = None
+    """Joint about which the wheel turns."""
+    steering_joint: str | None = None
+    """Joint that steers the wheel; none for a fixed wheel."""
+    foot: str | None = None
+    """Frame (link) of a point foot, at its centre; none for a wheel."""
+    radius: NonNegative | None = None
+    """Radius of the wheel, or of the ball of a point foot, m; read from the URDF's geometry if not given."""
+
+    @model_validator(mode="after")
+    def _is_a_wheel_or_a_foot(self) -> LegJoints:
+        if (self.wheel is None) == (self.foot is None):
+            raise ValueError("must name either a wheel or a foot")
+        if (self.wheel is None) != (self.wheel_joint is None):
+            raise ValueError("must name the wheel and the wheel_joint together")
+        if self.steering_joint is not None and self.wheel is None:
+            raise ValueError("must not name a steering_joint without a wheel")
+        return self
+
+    @property
+    def frame(self) -> str:
+        """The frame at the centre of the wheel or of the foot."""
+        return self.wheel or self.foot or ""
+
+
+class LegsJoints(Config):
+    """The four legs by name."""
+
+    FL: LegJoints
+    """Front left."""
+    FR: LegJoints
+    """Front right."""
+    HL: LegJoints
+    """Hind left."""
+    HR: LegJoints
+    """Hind right."""
+
+
+class Choices(Config):
+    """Figures for the planner that are a choice, not a fact of the URDF."""
+
+    description: str = ""
+    """One line for people."""
+    box: PositiveVector3 | None = None
+    """Half-sizes of the box for the feet, m; the largest one found reachable if not given."""
+    steering_box: PositiveVector3 | None = None
+    """Half-sizes of the box over which the steering range shall hold, m; the reachable one if not given."""
+    steering_rate_max: Positive | None = None
+    """Limit of |σ̇|, rad/s; that of the steering joint if not given."""
+    speed_max: Positive | None = None
+    """Limit of the rolling speed, m/s; the rim speed at the wheel joint's limit if not given."""
+    force_max: Positive | None = None
+    """Limit of the normal contact force, N; the robot's weight if not given."""
+    extension: Range | None = None
+    """Range of the distance from the hip pitch axis to the ankle pitch axis, m; from the joints if not given."""
+    radius_min: Positive | None = None
+    """Smallest horizontal distance from the hip_yaw axis to the contact point, m."""
+
+
+class WholeBody(Config):
+    """Where the whole-body model of a robot is, and how to read it."""
+
+    name: str
+    """Name of the robot."""
+    urdf: str
+    """Path of the URDF, from the folder of this file; `example-robot-data:` begins one in that package."""
+    srdf: str | None = None
+    """Path of the SRDF, likewise."""
+    posture: str | None = None
+    """Group state of the SRDF from which the nominal stance is derived; all joints at 0 if not given."""
+    joints: dict[str, Number] = {}
+    """Joint angles of that posture, over those of the SRDF, rad."""
+    height: Positive | None = None
+    """Height of the base link's origin above the ground in the nominal stance, m; the posture's if not given."""
+    legs: LegsJoints
+    """The four legs."""
+    planner: Choices = Choices()
+    """Figures that are a choice."""
+
+    def leg_list(self) -> Iterator[tuple[LegName, LegJoints]]:
+        """The legs with their names, in the order FL, FR, HL, HR."""
+        for name in LEG_NAMES:
+            yield name, getattr(self.legs, name)
+
+
+def load_whole_body(path: str | Path) -> WholeBody:
+    """The whole body in this YAML file; its paths become absolute.
+
+    Raises:
+        InputError: the file breaks a rule, or does not exist.
+    """
+    file = Path(path)
+    data = load_yaml(file)
+    return _placed(validate(WholeBody, data, ""), file.absolute().parent)
+
+
+def find_whole_body(robot: Robot) -> WholeBody:
+    """The whole body that belongs to a robot: the file it names, or the one of its name in the library.
+
+    Raises:
+        InputError: there is none: the robot is for planning only.
+    """
+    if robot.whole_body is not None:
+        return load_whole_body(robot.whole_body)
+    library = resources.files("rollgait.robot.library") / "whole_body" / f"{robot.name}.yaml"
+    with resources.as_file(library) as file:
+        if not file.is_file():
+            raise InputError(
+                "robot.whole_body",
+                MISSING,
+                f"must be given: there is no whole-body model of {robot.name!r}, which can only be planned for",
+            )
+        return load_whole_body(file)
+
+
+def _placed(body: WholeBody, folder: Path) -> WholeBody:
+    """The same with absolute paths."""
+    places = {key: str(_place(key, getattr(body, key), folder)) for key in ("urdf", "srdf") if getattr(body, key)}
+    return body.model_copy(update=places)
+
+
+def _place(field: str, path: str, folder: Path) -> Path:
+    if path.startswith(DATA_PREFIX):
+        return _example_robot_data() / path.removeprefix(DATA_PREFIX)
+    place = folder / path
+    if not place.is_file():
+        raise FileError(field, path, f"cannot be read: there is no such file in {folder}")
+    return place
+
+
+def _example_robot_data() -> Path:
+    """The folder `robots` of the installed package example-robot-data."""
+    for entry in sys.path:
+        place = Path(entry) / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
+        if place.is_dir():
+            return place
+    raise MissingExtraError("the whole-body model of CENTAURO", EXTRA)

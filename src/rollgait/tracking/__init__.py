@@ -1,0 +1,10 @@
+"""From a plan to joints: hierarchical inverse kinematics on the whole body.
+
+Needs the extra `whole-body`; importing this package does not load it, `track` does.
+"""
+
+from rollgait.tracking.joints import JointTrajectory
+from rollgait.tracking.report import TrackingReport, TrackingRow
+from rollgait.tracking.track import track
+
+__all__ = ["JointTrajectory", "TrackingReport", "TrackingRow", "track"]
