@@ -44,11 +44,11 @@ class JointSteering(FootConstraint):
         return limb_of(problem, leg) is not None
 
     def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
-        limb = _required(problem, leg)
+        limb = _known(limb_of(problem, leg))
         return {"hip": limb.hip, "offset": [limb.plane_offset], "direction": [limb.direction]}
 
     def limits(self, problem: Problem, leg: int) -> Limits:
-        limb = _required(problem, leg)
+        limb = _known(limb_of(problem, leg))
         ranges = np.array([limb.hip_yaw, limb.steering_joint])
         margin = np.radians(problem.scenario.value_of("bounds", "joint_margin_deg") or 0.0)
         return ranges[:, :1] + margin, ranges[:, 1:] - margin
@@ -70,14 +70,14 @@ class Reach(FootConstraint):
     curvature = 0.3  # 2 ‖ṗ‖² of a foot that passes its hip at 0.4 m/s
 
     def applies(self, problem: Problem, leg: int) -> bool:
-        return limb_of(problem, leg) is not None
+        return problem.robot.leg_list[leg].limb is not None  # a locked wheel hangs on the same joints
 
     def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
-        limb = _required(problem, leg)
+        limb = _known(problem.robot.leg_list[leg].limb)
         return {"hip": limb.hip, "offset": [limb.plane_offset], "ankle_height": [limb.ankle_height]}
 
     def limits(self, problem: Problem, leg: int) -> Limits:
-        limb = _required(problem, leg)
+        limb = _known(problem.robot.leg_list[leg].limb)
         lower = np.square([limb.extension[0], limb.radius_min])
         return lower[:, None], np.array([[limb.extension[1] ** 2], [np.inf]])
 
@@ -88,7 +88,6 @@ class Reach(FootConstraint):
         return ca.vertcat(rho_square - d.offset**2 + v**2, rho_square)
 
 
-def _required(problem: Problem, leg: int) -> Limb:
-    limb = limb_of(problem, leg)
+def _known(limb: Limb | None) -> Limb:
     assert limb is not None, "asked only for legs to which the term applies"
     return limb

@@ -62,8 +62,7 @@ class SteeringRate(FootConstraint):
         return problem.robot.leg_list[leg].foot == "steerable"
 
     def limits(self, problem: Problem, leg: int) -> Limits:
-        own = problem.scenario.value_of("bounds", "steering_rate_max")
-        limit = min(own, problem.robot.leg_list[leg].steering_rate_max)
+        limit = problem.scenario.steering_rate_max(leg)
         return -limit, limit
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:

@@ -56,8 +56,8 @@ STATE = frozenset({Place.NODE, Place.POINTS, Place.TERMINAL})
 """A constraint on states: at nodes and collocation points."""
 INPUT = frozenset({Place.NODE})
 """A constraint on inputs alone: they are constant in an interval, so once."""
-STATE_AND_INPUT = frozenset({Place.NODE, Place.POINTS, Place.INTERVAL_END})
-"""A constraint on both: also at the end, where the state belongs to the next interval but the input does not."""
+ENDS = frozenset({Place.NODE, Place.INTERVAL_END})
+"""A constraint on both: at the end, too, where the state belongs to the next interval but the input does not."""
 END = frozenset({Place.TERMINAL})
 """At the end of the horizon."""
 

@@ -219,6 +219,12 @@ class Scenario(Config):
         """Limit of |v| of a foot in stance: the smaller of the scenario's and the robot's, m/s."""
         return _smallest(self.value_of("bounds", "speed_max"), self.body.leg_list[leg].speed_max)
 
+    def steering_rate_max(self, leg: int) -> float:
+        """Limit of |σ̇| of a foot: the smaller of the scenario's and the robot's, rad/s."""
+        return _smallest(
+            self.value_of("bounds", "steering_rate_max"), self.body.leg_list[leg].steering_rate_max
+        )
+
     def steering_range(self, leg: int) -> tuple[float, float]:
         """Range of σ − θz of a foot, rad."""
         own = self.bounds.steering_deg

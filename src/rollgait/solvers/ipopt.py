@@ -13,7 +13,7 @@ from rollgait.solvers.interrupt import deferred_interrupt
 from rollgait.solvers.solution import Iteration, Progress, Solution
 from rollgait.transcription.nlp import Nlp
 
-DERIVATIVES = ("nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "nlp_hess_l")
+DERIVATIVES = ("nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "nlp_hess_l", "nlp_grad")
 
 OPTIONS: dict[str, Any] = {
     "print_time": False,

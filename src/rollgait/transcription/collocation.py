@@ -27,7 +27,7 @@ from rollgait.polynomials import HEIGHT_POINTS, STATE_POINTS
 from rollgait.robot.robot import Robot
 from rollgait.transcription.guess import Motion, motion_inputs
 from rollgait.transcription.layout import Layout
-from rollgait.transcription.nlp import Block, Nlp, StageFunction
+from rollgait.transcription.nlp import Accelerate, Block, Nlp, StageFunction
 from rollgait.transcription.stage import RowLabel, Stage, StageBuilder
 from rollgait.transcription.tableau import gauss_legendre
 
@@ -56,7 +56,7 @@ class Collocation:
         return _decode(self.problem, self.nlp.all_variables(w))
 
 
-def transcribe(problem: Problem) -> Collocation:
+def transcribe(problem: Problem, accelerate: Accelerate | None = None) -> Collocation:
     """The problem as an NLP by collocation."""
     layout = _layout(problem.robot)
     count = problem.schedule.intervals
@@ -69,8 +69,11 @@ def transcribe(problem: Problem) -> Collocation:
     before[:, 0] = -1  # there is no interval before the first
     intervals = _interval_stage(problem, layout)
     end = _end_stage(problem, layout)
+    functions = StageFunction("interval", intervals)
+    if accelerate is not None:
+        functions.accelerate(accelerate)
     blocks = [
-        Block(intervals, StageFunction("interval", intervals), np.vstack([before, inside])),
+        Block(intervals, functions, np.vstack([before, inside])),
         Block(end, StageFunction("end", end), (total - node + np.arange(node))[:, None], first=count),
     ]
     return Collocation(problem, Nlp(blocks, total, initial=_start_values(problem, layout)))

@@ -37,7 +37,7 @@ from rollgait.plan.samples import Samples
 from rollgait.robot.robot import Robot
 from rollgait.transcription.guess import Motion, motion_inputs
 from rollgait.transcription.layout import Layout
-from rollgait.transcription.nlp import Block, Nlp, StageFunction
+from rollgait.transcription.nlp import Accelerate, Block, Nlp, StageFunction
 from rollgait.transcription.stage import RowLabel, Stage, StageBuilder
 from rollgait.transcription.tableau import gauss_legendre
 
@@ -87,7 +87,7 @@ class Condensed:
         return Structure(*(tuple(int(v) for v in sizes) for sizes in (nx, nu, ng)))
 
 
-def transcribe(problem: Problem) -> Condensed:
+def transcribe(problem: Problem, accelerate: Accelerate | None = None) -> Condensed:
     """The problem as an NLP by one step per interval."""
     layout, count = _layout(problem.robot), problem.schedule.intervals
     stage = layout.stage
@@ -99,8 +99,11 @@ def transcribe(problem: Problem) -> Condensed:
     defined = np.full(interval.rows.numel(), -1, dtype=np.intp)
     defined[: layout.node.size] = stage + np.arange(layout.node.size)
     last = (count * stage + np.arange(layout.last))[:, None]
+    functions = StageFunction("interval", interval)
+    if accelerate is not None:
+        functions.accelerate(accelerate)
     blocks = [
-        Block(interval, StageFunction("interval", interval), variables, next_state=defined),
+        Block(interval, functions, variables, next_state=defined),
         Block(end, StageFunction("end", end), last, first=count),
     ]
     return Condensed(problem, Nlp(blocks, total, initial=_start_values(problem, layout)))

@@ -11,7 +11,7 @@ bound one variable are bounds, and rows without a variable are gone.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,6 +22,8 @@ from numpy.typing import NDArray
 from rollgait.transcription.stage import RowLabel, Stage
 
 Array = NDArray[np.float64]
+Accelerate = Callable[[Sequence[ca.Function]], Sequence[ca.Function] | None]
+"""Turns functions into faster ones with the same values, or returns None."""
 Index = NDArray[np.intp]
 
 FIXED_TOLERANCE = 1e-12
@@ -52,6 +54,13 @@ class StageFunction:
         self.linear = np.array(
             [not depends for depends in ca.which_depends(_nonzeros(jacobian), y, 1, True)], dtype=bool
         )
+
+    def accelerate(self, with_faster: Accelerate) -> StageFunction:
+        """Replaces what a solver evaluates by faster functions with the same values, if they can be had."""
+        faster = with_faster([self.value, self.gradient, self.jacobian, self.hessian])
+        if faster is not None:
+            self.value, self.gradient, self.jacobian, self.hessian = faster
+        return self
 
 
 @dataclass(frozen=True, eq=False)
@@ -326,6 +335,14 @@ class Nlp:
             "nlp_g": ca.Function("nlp_g", [x, p], [g], ["x", "p"], ["g"]),
             "nlp_grad_f": ca.Function("nlp_grad_f", [x, p], [f, gradient], ["x", "p"], ["f", "grad_f_x"]),
             "nlp_jac_g": ca.Function("nlp_jac_g", [x, p], [g, jac_g], ["x", "p"], ["g", "jac_g_x"]),
+            # asked for by nlpsol for multipliers of p, which nobody needs
+            "nlp_grad": ca.Function(
+                "nlp_grad",
+                [x, p, lam_f, lam_g],
+                [f, g, lam_f * gradient + ca.mtimes(jac_g.T, lam_g), ca.MX(1, p.numel())],
+                ["x", "p", "lam_f", "lam_g"],
+                ["f", "g", "grad_gamma_x", "grad_gamma_p"],
+            ),
             "nlp_hess_l": ca.Function(
                 "nlp_hess_l",
                 [x, p, lam_f, lam_g],

@@ -1,0 +1,97 @@
+"""Fatrop through CasADi's nlpsol, with the NLP's own derivatives and structure.
+
+Fatrop wants the stages in order, x0 u0 x1 u1 …, and for each the rows that define the next state before the others;
+that is how the condensed transcription numbers them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.solvers.interrupt import deferred_interrupt
+from rollgait.solvers.solution import Progress, Solution
+from rollgait.transcription.condensed import Condensed
+
+OPTIONS: dict[str, Any] = {
+    "print_level": 0,
+    "tol": 1e-5,
+    "max_iter": 300,
+    "mu_init": 0.1,
+    "kappa_wmin": 0.1,  # lets the regularisation decay faster
+}
+
+
+class Fatrop:
+    """A solver for one condensed NLP, built once."""
+
+    name = "fatrop"
+
+    def __init__(self, transcribed: Condensed, options: dict[str, Any] | None = None) -> None:
+        self.nlp = nlp = transcribed.nlp
+        structure = transcribed.structure
+        self._solver = ca.nlpsol(
+            "fatrop",
+            "fatrop",
+            nlp.functions["nlp"],
+            {
+                "structure_detection": "manual",
+                "N": len(structure.nx) - 1,
+                "nx": list(structure.nx),
+                "nu": list(structure.nu),
+                "ng": list(structure.ng),
+                "cache": self._derivatives(),
+                "fatrop": OPTIONS | (options or {}),
+                "print_time": False,
+                "error_on_fail": False,
+                "calc_lam_p": False,
+            },
+        )
+
+    def _derivatives(self) -> dict[str, ca.Function]:
+        """The derivatives in the form in which this plugin asks for them: the Hessian in full, with the gradient."""
+        nlp, f = self.nlp, self.nlp.functions
+        x, p = ca.MX.sym("x", nlp.size), ca.MX.sym("p", nlp.parameters.size)
+        lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", nlp.rows)
+        gradient = f["nlp_grad_f"](x, p)[1]
+        jacobian = f["nlp_jac_g"](x, p)[1]
+        of_lagrangian = lam_f * gradient + ca.mtimes(jacobian.T, lam_g)
+        hessian = ca.triu2symm(f["nlp_hess_l"](x, p, lam_f, lam_g))
+        return {
+            "nlp_f": f["nlp_f"],
+            "nlp_g": f["nlp_g"],
+            "nlp_grad": f["nlp_grad"],
+            "nlp_jac_g": f["nlp_jac_g"],
+            "nlp_grad_f": ca.Function("nlp_grad_f", [x, p], [gradient], ["x", "p"], ["grad_f_x"]),
+            "nlp_hess_l": ca.Function(
+                "nlp_hess_l",
+                [x, p, lam_f, lam_g],
+                [of_lagrangian, hessian],
+                ["x", "p", "lam_f", "lam_g"],
+                ["grad_gamma_x", "hess_gamma_x_x"],
+            ),
+        }
+
+    def solve(self, guess: NDArray[np.float64], progress: Progress | None = None) -> Solution:
+        """The solution from a guess of the free variables. (`progress` hears nothing: fatrop reports at the end.)
+
+        Raises:
+            KeyboardInterrupt: the user interrupted it.
+        """
+        nlp = self.nlp
+        with deferred_interrupt():
+            result = self._solver(
+                x0=guess, p=nlp.parameters, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper
+            )
+        stats = self._solver.stats()
+        return Solution(
+            w=np.asarray(result["x"]).ravel(),
+            g=np.asarray(result["g"]).ravel(),
+            cost=float(result["f"]),
+            solved=bool(stats["success"]),
+            status=str(stats["return_status"]),
+            iterations=int(stats["iter_count"]),
+        )
