@@ -39,9 +39,8 @@ def main() -> None:
     s = plan.sample_every(rate=200.0)
     print(f"\nsolved in {plan.statistics.solve_time:.1f} s, {plan.statistics.iterations} iterations")
     print(f"forward by           {s.com_position[-1, 0]:6.3f} m")
-    print(
-        f"largest roll, pitch  {np.degrees(np.abs(s.euler[:, 2]).max()):6.2f} deg {np.degrees(np.abs(s.euler[:, 1]).max()):6.2f} deg"
-    )
+    _, pitch, roll = np.degrees(np.abs(s.euler).max(axis=0))
+    print(f"largest roll, pitch  {roll:6.2f} deg {pitch:6.2f} deg")
     print(f"sway of the CoM      {1000 * np.ptp(s.com_position[:, 1]):6.1f} mm")
     print(f"certificate          {'passed' if plan.certificate().passed else 'FAILED'}")
 

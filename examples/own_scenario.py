@@ -27,9 +27,8 @@ def main() -> None:
         steered = np.degrees(np.abs(np.diff(s.heading, axis=0)).sum(axis=0).mean())
         travelled = np.trapezoid(np.abs(s.speed).mean(axis=1), s.time)
         missed = 1000 * np.hypot(*(s.com_position[-1, :2] - [0.4, 0.5]))
-        print(
-            f"{weight:13.1f} {steered:13.1f} {travelled:13.3f} {missed:11.1f} {plan.statistics.iterations:12d}"
-        )
+        iterations = plan.statistics.iterations
+        print(f"{weight:13.1f} {steered:13.1f} {travelled:13.3f} {missed:11.1f} {iterations:12d}")
 
     # what is wrong in a scenario is one sentence
     try:
