@@ -35,6 +35,17 @@ _PREFIX = "trajectory/"
 
 
 @dataclass(frozen=True)
+class StartResult:
+    """What came of one initial guess: whether it was solved, at which cost, after how long (s)."""
+
+    name: str
+    solved: bool
+    cost: float
+    iterations: int
+    solve_time: float
+
+
+@dataclass(frozen=True)
 class Statistics:
     """How a plan was found.
 
@@ -52,6 +63,8 @@ class Statistics:
         constraints: number of its constraints.
         violation: largest violation of a constraint, in the scaling of the solver.
         worst: which constraint that is, where and when, as one line ("" if none is violated).
+        start: name of the initial guess from which this was found.
+        starts: what came of each initial guess that was tried.
     """
 
     transcription: str
@@ -67,11 +80,15 @@ class Statistics:
     constraints: int = 0
     violation: float = 0.0
     worst: str = ""
+    start: str = ""
+    starts: tuple[StartResult, ...] = ()
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Statistics:
         """The inverse of `dataclasses.asdict`."""
-        return cls(**{f.name: data[f.name] for f in fields(cls) if f.name in data})
+        known = {f.name: data[f.name] for f in fields(cls) if f.name in data}
+        known["starts"] = tuple(StartResult(**start) for start in known.get("starts", ()))
+        return cls(**known)
 
 
 @dataclass(frozen=True)
@@ -227,7 +244,7 @@ _NO_PLAN = "is not a plan that rollgait saved"
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """The header and the arrays in a file, whatever they are. Raises `FileError`."""
     try:
-        with np.load(path, allow_pickle=False) as data:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
             arrays = {key: data[key] for key in data.files}
         header = json.loads(str(arrays.pop("header")))
     except OSError as error:

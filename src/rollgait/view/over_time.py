@@ -127,7 +127,7 @@ def draw_wheels(figure: Figure, plan: Plan, style: Style) -> None:
 
 def draw_gait(figure: Figure, plan: Plan, style: Style) -> None:
     """Which foot is on the ground when: a bar is stance, a gap is swing."""
-    figure.set_size_inches(style.width, 0.4 * style.width)
+    figure.set_size_inches(style.width, 0.45 * style.width)
     axes = figure.subplots()
     for leg, colour in enumerate(LEG_COLOURS):
         edges = np.array(
