@@ -22,9 +22,12 @@ def plan(
     settings: Settings = None,
     profile: Profile = None,
     transcription: Annotated[
-        str, typer.Option(metavar="NAME", help="How continuous time becomes an NLP.")
-    ] = "collocation",
-    solver: Annotated[str, typer.Option(metavar="NAME", help="What solves the NLP.")] = "ipopt",
+        str | None,
+        typer.Option(metavar="NAME", help="How continuous time becomes an NLP: condensed or collocation."),
+    ] = None,
+    solver: Annotated[
+        str | None, typer.Option(metavar="NAME", help="What solves the NLP: fatrop or ipopt.")
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Where to write. Default: <scenario>.npz in this folder."),

@@ -16,8 +16,7 @@ from rollgait.config import validate
 from rollgait.errors import FileError, InputError
 from rollgait.files import replacing
 from rollgait.plan.samples import Samples
-from rollgait.plan.condensed import CondensedTrajectory
-from rollgait.plan.trajectory import CollocationTrajectory, Trajectory
+from rollgait.plan.trajectory import Trajectory
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule

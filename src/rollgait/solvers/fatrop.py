@@ -12,9 +12,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.errors import InputError
 from rollgait.solvers.interrupt import deferred_interrupt
 from rollgait.solvers.solution import Progress, Solution
-from rollgait.transcription.condensed import Condensed
+from rollgait.transcription.base import Structure, Transcribed
+from rollgait.transcription.nlp import Nlp
 
 OPTIONS: dict[str, Any] = {
     "print_level": 0,
@@ -25,26 +27,46 @@ OPTIONS: dict[str, Any] = {
 }
 
 
+WARM_OPTIONS: dict[str, Any] = {"mu_init": 1e-2}
+"""For a guess near the solution: the barrier starts low, or it would push the guess away from its bounds."""
+
+
+def make_solver(transcribed: Transcribed) -> Fatrop:
+    """Fatrop for a transcribed problem. Raises `InputError` if that has no stages."""
+    structure = transcribed.structure
+    if structure is None:
+        raise InputError(
+            "solver", "fatrop", f"cannot solve the transcription {transcribed.name!r}", ["ipopt"]
+        )
+    return Fatrop(transcribed.nlp, structure)
+
+
 class Fatrop:
-    """A solver for one condensed NLP, built once."""
+    """A solver for one NLP with stages, built once."""
 
     name = "fatrop"
 
-    def __init__(self, transcribed: Condensed, options: dict[str, Any] | None = None) -> None:
-        self.nlp = nlp = transcribed.nlp
-        structure = transcribed.structure
-        self._solver = ca.nlpsol(
+    def __init__(self, nlp: Nlp, structure: Structure, options: dict[str, Any] | None = None) -> None:
+        self.nlp = nlp
+        self._structure = structure
+        self._options = options or {}
+        self._cache = self._derivatives()
+        self._solver = self._make(self._options)
+
+    def _make(self, options: dict[str, Any]) -> ca.Function:
+        structure = self._structure
+        return ca.nlpsol(
             "fatrop",
             "fatrop",
-            nlp.functions["nlp"],
+            self.nlp.functions["nlp"],
             {
                 "structure_detection": "manual",
                 "N": len(structure.nx) - 1,
                 "nx": list(structure.nx),
                 "nu": list(structure.nu),
                 "ng": list(structure.ng),
-                "cache": self._derivatives(),
-                "fatrop": OPTIONS | (options or {}),
+                "cache": self._cache,
+                "fatrop": OPTIONS | options,
                 "print_time": False,
                 "error_on_fail": False,
                 "calc_lam_p": False,
@@ -75,13 +97,19 @@ class Fatrop:
             ),
         }
 
-    def solve(self, guess: NDArray[np.float64], progress: Progress | None = None) -> Solution:
-        """The solution from a guess of the free variables. (`progress` hears nothing: fatrop reports at the end.)
+    def solve(
+        self, guess: NDArray[np.float64], progress: Progress | None = None, warm: bool = False
+    ) -> Solution:
+        """The solution from a guess of the free variables; `warm` says that the guess is near a solution.
+
+        (`progress` hears nothing: fatrop reports at the end.)
 
         Raises:
             KeyboardInterrupt: the user interrupted it.
         """
         nlp = self.nlp
+        if warm:  # nlpsol takes its options once
+            self._solver = self._make(WARM_OPTIONS | self._options)
         with deferred_interrupt():
             result = self._solver(
                 x0=guess, p=nlp.parameters, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper

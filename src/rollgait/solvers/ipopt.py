@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rollgait.solvers.interrupt import deferred_interrupt
 from rollgait.solvers.solution import Iteration, Progress, Solution
+from rollgait.transcription.base import Transcribed
 from rollgait.transcription.nlp import Nlp
 
 DERIVATIVES = ("nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "nlp_hess_l", "nlp_grad")
@@ -29,6 +30,15 @@ OPTIONS: dict[str, Any] = {
 }
 
 
+WARM_OPTIONS: dict[str, Any] = {"ipopt.mu_init": 1e-3, "ipopt.mu_strategy": "monotone"}
+"""For a guess near the solution: the barrier starts low, or it would push the guess away from its bounds."""
+
+
+def make_solver(transcribed: Transcribed) -> Ipopt:
+    """IPOPT for a transcribed problem."""
+    return Ipopt(transcribed.nlp)
+
+
 class Ipopt:
     """A solver for one NLP, built once."""
 
@@ -37,18 +47,21 @@ class Ipopt:
     def __init__(self, nlp: Nlp, options: dict[str, Any] | None = None) -> None:
         self.nlp = nlp
         self._report = _Report(nlp)
-        functions = nlp.functions
-        self._solver = ca.nlpsol(
-            "ipopt",
-            "ipopt",
-            functions["nlp"],
-            OPTIONS
-            | {"cache": {name: functions[name] for name in DERIVATIVES}, "iteration_callback": self._report}
-            | (options or {}),
-        )
+        self._options = options or {}
+        self._solver = self._make(self._options)
 
-    def solve(self, guess: NDArray[np.float64], progress: Progress | None = None) -> Solution:
-        """The solution from a guess of the free variables.
+    def _make(self, options: dict[str, Any]) -> ca.Function:
+        functions = self.nlp.functions
+        own = {
+            "cache": {name: functions[name] for name in DERIVATIVES},
+            "iteration_callback": self._report,
+        }
+        return ca.nlpsol("ipopt", "ipopt", functions["nlp"], OPTIONS | own | options)
+
+    def solve(
+        self, guess: NDArray[np.float64], progress: Progress | None = None, warm: bool = False
+    ) -> Solution:
+        """The solution from a guess of the free variables; `warm` says that the guess is near a solution.
 
         Raises:
             KeyboardInterrupt: the user interrupted it.
@@ -56,6 +69,8 @@ class Ipopt:
         nlp = self.nlp
         self._report.progress, self._report.interrupted = progress, None
         self._report.count = -1
+        if warm:  # nlpsol takes its options once
+            self._solver = self._make(WARM_OPTIONS | self._options)
         with deferred_interrupt() as self._report.stop:
             result = self._solver(
                 x0=guess, p=nlp.parameters, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper

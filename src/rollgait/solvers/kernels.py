@@ -99,7 +99,15 @@ def _compiler() -> str | None:
 
 def _key(text: str, compiler: str) -> str:
     stat = Path(compiler).resolve().stat()
-    parts = (text, compiler, str(stat.st_size), str(stat.st_mtime_ns), *FLAGS, ca.__version__, platform.machine())
+    parts = (
+        text,
+        compiler,
+        str(stat.st_size),
+        str(stat.st_mtime_ns),
+        *FLAGS,
+        ca.__version__,
+        platform.machine(),
+    )
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 

@@ -46,6 +46,7 @@ class Collocation:
     nlp: Nlp
 
     name = "collocation"
+    structure = None
 
     def encode(self, motion: Motion) -> Array:
         """The free variables that come nearest to a motion."""

@@ -35,6 +35,7 @@ from rollgait.ocp.term import Place
 from rollgait.plan.condensed import CondensedTrajectory
 from rollgait.plan.samples import Samples
 from rollgait.robot.robot import Robot
+from rollgait.transcription.base import Structure
 from rollgait.transcription.guess import Motion, motion_inputs
 from rollgait.transcription.layout import Layout
 from rollgait.transcription.nlp import Accelerate, Block, Nlp, StageFunction
@@ -44,15 +45,6 @@ from rollgait.transcription.tableau import gauss_legendre
 Array = NDArray[np.float64]
 FEET = 4
 HEIGHT = gauss_legendre(len(POINTS))
-
-
-@dataclass(frozen=True)
-class Structure:
-    """Sizes of the stages 0 … N: states, inputs, and rows that do not define the next state."""
-
-    nx: tuple[int, ...]
-    nu: tuple[int, ...]
-    ng: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -136,7 +128,15 @@ class _Layouts:
 def _layout(robot: Robot) -> _Layouts:
     steerable = tuple(i for i, leg in enumerate(robot.leg_list) if leg.foot == "steerable")
     previous = tuple(j for j in range(2 * FEET) if not (j % 2 == 1 and j // 2 in steerable))
-    state = [("theta", 3), ("L", 3), ("r", 3), ("dr", 3), ("xy", 2 * FEET), ("sigma", len(steerable)), ("z", FEET)]
+    state = [
+        ("theta", 3),
+        ("L", 3),
+        ("r", 3),
+        ("dr", 3),
+        ("xy", 2 * FEET),
+        ("sigma", len(steerable)),
+        ("z", FEET),
+    ]
     node = Layout([*state, ("previous_force", 3 * FEET), ("previous_motion", len(previous))])
     inputs = Layout([("force", 3 * FEET), ("motion", 2 * FEET), ("lift_rate", 2 * FEET)])
     return _Layouts(node, inputs, steerable, previous, sum(size for _, size in state))
@@ -159,7 +159,8 @@ def _state_of(layout: _Layouts, node: ca.SX, scaled: _Scaled) -> State:
     for number, leg in enumerate(layout.steerable):
         sigma[leg] = groups["sigma"][number]
     feet = (
-        FootState([groups["xy"][2 * i], groups["xy"][2 * i + 1], groups["z"][i]], sigma[i]) for i in range(FEET)
+        FootState([groups["xy"][2 * i], groups["xy"][2 * i + 1], groups["z"][i]], sigma[i])
+        for i in range(FEET)
     )
     return State(
         r=ca.vertsplit(groups["r"]),
@@ -237,7 +238,9 @@ class _Interval:
         """The instant at a height point (only the height and its rate are those of the point)."""
         h, weights = self.builder.body.interval, _height_integrals(HEIGHT.points[j])
         feet = tuple(
-            FootState([*foot.p[:2], foot.p[2] + h * ca.dot(ca.DM(weights), self.inputs.lift_rate[i])], foot.sigma)
+            FootState(
+                [*foot.p[:2], foot.p[2] + h * ca.dot(ca.DM(weights), self.inputs.lift_rate[i])], foot.sigma
+            )
             for i, foot in enumerate(self.begin.feet)
         )
         x = State(self.begin.r, self.begin.theta, self.begin.dr, self.begin.L, feet)

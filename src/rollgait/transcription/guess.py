@@ -28,20 +28,22 @@ GRID = 4
 """Grid points per interval of the heading's path."""
 
 
-def kinematic_guess(problem: Problem, steering_sign: float = 1.0) -> Motion:
+def kinematic_guess(problem: Problem, steering_sign: float = 1.0, detour: Array | None = None) -> Motion:
     """The guess as a function of time.
 
     Args:
         problem: what is asked.
         steering_sign: −1 prefers to roll backwards where the wheels may as well roll forwards.
+        detour: how far the base strays in (x, y, yaw) half-way, m and rad; not at all if not given.
     """
-    return _Guess(problem, steering_sign)
+    return _Guess(problem, steering_sign, np.zeros(3) if detour is None else detour)
 
 
 @dataclass
 class _Guess:
     problem: Problem
     steering_sign: float
+    detour: Array
 
     def __post_init__(self) -> None:
         schedule = self.problem.schedule
@@ -68,6 +70,10 @@ class _Guess:
             pose += value[:, None] * change
             rate += slope[:, None] * change / (end - begin)
             begin = end
+        phase = np.pi * times / ends[-1]
+        aside = [0, 1, 3]
+        pose[:, aside] += np.sin(phase)[:, None] ** 2 * self.detour
+        rate[:, aside] += (np.sin(2.0 * phase) * np.pi / ends[-1])[:, None] * self.detour
         return pose, rate
 
     def _nominal(self, leg: int, pose: Array) -> Array:

@@ -158,7 +158,7 @@ def check_joints(case: Case) -> Iterator[Row]:
         extension_margin[..., i] = _inside(extension, leg.limb.extension)
         radius_margin[..., i] = radius - leg.limb.radius_min
     steering = case.steers_by_joints
-    reaching = bool(case.bound("reach")) and case.has("reach") and case.knows_joints
+    reaching = bool(case.bound("reach")) and case.has("reach") and bool(known.any())
     angle, length = -tol.ANGLE_MARGIN, -tol.LENGTH_MARGIN
     for name, description, unit, margin, limit, where, promised in (
         ("hip_yaw_margin", "hip_yaw from its guarded limits", "rad", hip_margin, angle, steered, steering),

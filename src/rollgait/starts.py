@@ -1,0 +1,99 @@
+"""Initial guesses to start from: the kinematic one, its variants, an easier problem's solution, an earlier plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rollgait.errors import InputError
+from rollgait.ocp.problem import Problem, make_problem
+from rollgait.plan.plan import Plan
+from rollgait.plan.samples import Samples
+from rollgait.transcription.guess import Motion, kinematic_guess
+
+SWAY = 0.05
+"""m, standard deviation of the detour that a random start makes in x and y."""
+SWAY_YAW = 0.1
+"""rad, standard deviation of its detour in yaw."""
+
+EASIER = ("joint_steering", "reach", "acceleration", "touchdown_speed")
+"""Terms that the homotopy leaves out at first: those that the profile `executable` adds to what a robot can do."""
+
+Solve = Callable[[Problem, Motion], Motion | None]
+"""Solves a problem from a motion; the solution, or None."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """An initial guess: its name, whether it is near a solution, and how it is made."""
+
+    name: str
+    motion: Callable[[], Motion | None]
+    warm: bool = False
+
+
+def starts(problem: Problem, solve: Solve, warm_start: Plan | None, seed: int) -> Iterator[Start]:
+    """Guesses in the order in which they are worth trying, without end; the same ones for the same seed.
+
+    Args:
+        problem: what is to be solved.
+        solve: solves an easier problem for the homotopy.
+        warm_start: a plan to start from.
+        seed: of the random variants.
+    """
+    if warm_start is not None:
+        yield Start("warm start", lambda: from_plan(problem, warm_start), warm=True)
+    yield Start("kinematic", lambda: kinematic_guess(problem))
+    yield Start("homotopy", lambda: _homotopy(problem, solve))
+    yield Start("kinematic, wheels reversed", lambda: kinematic_guess(problem, steering_sign=-1.0))
+    number = 0
+    while True:
+        number += 1
+        generator = np.random.default_rng([seed, number])
+        detour = np.concatenate([generator.normal(0.0, SWAY, 2), generator.normal(0.0, SWAY_YAW, 1)])
+        yield Start(f"detour {number}", lambda d=detour: kinematic_guess(problem, detour=d))
+
+
+def from_plan(problem: Problem, plan: Plan) -> Motion:
+    """The motion of a plan, stretched to the horizon of the problem.
+
+    Raises:
+        InputError: the plan is for a robot with other kinds of feet.
+    """
+    kinds = [leg.foot for leg in problem.robot.leg_list]
+    had = [leg.foot for leg in plan.robot.leg_list]
+    if kinds != had:
+        raise InputError("warm_start", had, f"must be a plan for the same kinds of feet: {kinds}")
+    stretch = problem.schedule.horizon / plan.horizon
+
+    def motion(times: np.ndarray) -> Samples:
+        s = plan.sample(np.clip(times / stretch, 0.0, plan.horizon))
+        return replace(
+            s,
+            time=times,
+            com_velocity=s.com_velocity / stretch,
+            euler_rate=s.euler_rate / stretch,
+            foot_velocity=s.foot_velocity / stretch,
+            heading_rate=s.heading_rate / stretch,
+            speed=s.speed / stretch,
+        )
+
+    return motion
+
+
+def _homotopy(problem: Problem, solve: Solve) -> Motion | None:
+    """The solution of the problem without its hardest terms; None if there is nothing to leave out."""
+    names = {term.name for term in problem.terms}
+    easier = tuple(name for name in EASIER if name in names)
+    if not easier:
+        return None
+    without = (*problem.scenario.bounds.without, *easier)
+    scenario = problem.scenario.model_copy(
+        update={"bounds": problem.scenario.bounds.model_copy(update={"without": without})}
+    )
+    standard = {term.name for term in make_problem(problem.scenario).terms}
+    extra = [term for term in problem.terms if term.name not in standard]
+    simple = make_problem(scenario, extra)
+    return solve(simple, kinematic_guess(simple))

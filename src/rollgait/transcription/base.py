@@ -1,0 +1,51 @@
+"""What every transcription gives: a nonlinear program, and the way from motions to its variables and back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.ocp.problem import Problem
+from rollgait.plan.trajectory import Trajectory
+from rollgait.transcription.guess import Motion
+from rollgait.transcription.nlp import Nlp
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Sizes of the stages 0 … N: states, inputs, and rows that do not define the next state."""
+
+    nx: tuple[int, ...]
+    nu: tuple[int, ...]
+    ng: tuple[int, ...]
+
+
+class Transcribed(Protocol):
+    """A transcribed problem."""
+
+    @property
+    def name(self) -> str:
+        """Name of the transcription."""
+
+    @property
+    def problem(self) -> Problem:
+        """What was transcribed."""
+
+    @property
+    def nlp(self) -> Nlp:
+        """The nonlinear program."""
+
+    @property
+    def structure(self) -> Structure | None:
+        """The stages, for solvers that exploit them; None if the variables are not those of explicit stages."""
+
+    def encode(self, motion: Motion) -> Array:
+        """The free variables that come nearest to a motion."""
+
+    def decode(self, w: Array) -> Trajectory:
+        """The motion that free variables mean."""
