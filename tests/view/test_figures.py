@@ -79,6 +79,12 @@ def test_figures_fit_their_page(plan: Plan, name: str, style: str) -> None:
     assert box.x1 <= picture.bbox.x1
     assert box.y1 <= picture.bbox.y1 + 1.0
     assert {text.get_fontsize() for text in legend.get_texts()} == {STYLES[style].font}
+    for axes in picture.axes:
+        for axis in (getattr(axes, f"{which}axis", None) for which in "xyz"):
+            if axis is not None and axis.label.get_text():
+                place = ink(axis.label)
+                assert picture.bbox.contains(place.x0, place.y0), axis.label.get_text()
+                assert picture.bbox.contains(place.x1, place.y1), axis.label.get_text()
     if name != "paths":  # there the panel is a box in space
         assert all(not axes.get_window_extent().overlaps(box) for axes in picture.axes)
 

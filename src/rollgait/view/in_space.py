@@ -174,6 +174,7 @@ def _fit(figure: Figure, axes: Axes3D, points: Array, style: Style) -> None:
         axis.set_label_text(f"{label} (m)")
         axis.set_pane_color((1.0, 1.0, 1.0, 0.0))
         axis.set_tick_params(pad=-0.2 * style.font)
+        axis.labelpad = 3.0 * style.font / style.width  # further from the numbers where the box is small
     em = style.font / 72.0  # inch
     figure.set_size_inches(style.width, style.width)
     axes.set_box_aspect(high - low)
@@ -181,10 +182,12 @@ def _fit(figure: Figure, axes: Axes3D, points: Array, style: Style) -> None:
     corners = np.stack(np.meshgrid(*zip(low, high, strict=True)), axis=-1).reshape(-1, 3)
     seen = np.column_stack(proj3d.proj_transform(*corners.T, axes.get_proj())[:2])
     extent = np.ptp(axes.transData.transform(seen), axis=0) / figure.dpi
-    zoom = (style.width - 8.0 * em) / extent[0]  # beside the box: numbers and labels of its axes
+    left, right = 2.5 * em, 6.5 * em  # numbers and labels of the axes
+    zoom = (style.width - left - right) / extent[0]
     axes.set_box_aspect(high - low, zoom=zoom)
     below, above = 3.5 * em, 4.5 * em  # numbers and labels; the legend
     height = below + zoom * extent[1] + above
     figure.set_size_inches(style.width, height)
     middle = below + 0.5 * zoom * extent[1]
-    axes.set_position((0.0, (middle - 0.5 * style.width) / height, 1.0, style.width / height))
+    aside = 0.5 * (left - right) / style.width
+    axes.set_position((aside, (middle - 0.5 * style.width) / height, 1.0, style.width / height))
