@@ -9,6 +9,7 @@ quaternion (x, y, z, w); the joints' angles follow, one number each.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,6 +26,12 @@ Array = NDArray[np.float64]
 
 BASE_V: Final = 6
 """Number of velocities of the free base."""
+
+KNEE_BEND_MIN: Final = 0.1
+"""Smallest angle of a knee from straight, rad: costs a leg of CENTAURO 0.6 mm of its length."""
+
+_PARALLEL: Final = 0.999
+"""Cosine above which two axes count as parallel."""
 
 _UP: Final = np.array([0.0, 0.0, 1.0])
 
@@ -141,6 +148,7 @@ class WholeBodyModel:
         self._pose(self.posture)
         self.legs = tuple(self._leg(name, leg, joints[name]) for name, leg in config.leg_list())
         self._arrange()
+        self._keep_knees_bent()
         self.orientation_rows = tuple(self._controlled(i) for i in range(len(self.legs)))
         """For each leg, which of heading, tilt and camber its joints control beside the place of the foot."""
 
@@ -355,6 +363,35 @@ class WholeBodyModel:
         """Generalised forces, shape (nv,), that the motion needs, contact forces not counted."""
         return np.array(pin.rnea(self.pin, self._data, q, v, a))
 
+    def _keep_knees_bent(self) -> None:
+        """Cuts the limits of the knees so that none gets straight: there a leg loses a direction, and may flip over.
+
+        A knee is the first joint of a leg whose axis is parallel to that of the joint above it.
+        """
+        self._pose(self.posture)
+        placements = self._data.oMi
+        for leg in self.legs:
+            names = [self.joint_names[v - BASE_V] for v in leg.joints]
+            axes = [self._axis(name) for name in names]
+            parallel = [abs(a @ b) > _PARALLEL for a, b in pairwise(axes)]
+            if True not in parallel:
+                continue
+            knee = parallel.index(True) + 1
+            follows = parallel[knee:] and parallel[knee]
+            end = (
+                placements[self.pin.getJointId(names[knee + 1])].translation
+                if follows
+                else placements[leg.link].act(leg.centre)
+            )
+            above, here = (placements[self.pin.getJointId(names[i])].translation for i in (knee - 1, knee))
+            bend = _angle_about(axes[knee], here - above, end - here)
+            place = leg.joints[knee] - BASE_V
+            straight = float(self.posture[leg.joints[knee] + 1]) - bend
+            if bend > 0.0:
+                self.position_lower[place] = max(self.position_lower[place], straight + KNEE_BEND_MIN)
+            else:
+                self.position_upper[place] = min(self.position_upper[place], straight - KNEE_BEND_MIN)
+
     def _controlled(self, leg: int) -> tuple[str, ...]:
         chain = self.legs[leg]
         if chain.wheel is None:
@@ -380,6 +417,12 @@ def load_model(config: WholeBody) -> WholeBodyModel:
 def leg_index(name: LegName) -> int:
     """Place of a leg in arrays over legs."""
     return LEG_NAMES.index(name)
+
+
+def _angle_about(axis: Array, a: Array, b: Array) -> float:
+    """Signed angle from a to b about a unit axis, rad."""
+    a, b = a - axis * (axis @ a), b - axis * (axis @ b)
+    return float(np.arctan2(axis @ np.cross(a, b), a @ b))
 
 
 # -- geometry of a wheel: each function takes all legs, and says how its value changes with the angular velocity ω --
