@@ -2,9 +2,9 @@
 
     python benchmarks/convergence.py
 
-First as integrators: the robot tumbles and steers under fixed inputs, and its state at the end is compared with an
-integration by the certificate's physics (DOP853). Then as transcriptions of an optimal control problem: a smooth drive
-is planned on meshes of half the interval each, and compared with the finest.
+First as integrators: the robot tumbles and steers under fixed inputs, and its state at the end is compared
+with an integration by the certificate's physics (DOP853). Then as transcriptions of an optimal control
+problem: a smooth drive is planned on meshes of half the interval each, and compared with the finest.
 """
 
 from __future__ import annotations
@@ -35,11 +35,12 @@ from rollgait.transcription.guess import Motion, kinematic_guess
 
 Array = NDArray[np.float64]
 
-# -- fixed inputs ---------------------------------------------------------------------------------------------------
+# -- fixed inputs --------------------------------------------------------------------------------------------
 
 HORIZON = 0.6
 """s; short enough to stay away from a pitch of 90°."""
-FORCE = np.array([[20.0, 30.0, 250.0], [-30.0, 10.0, 300.0], [10.0, -20.0, 240.0], [15.0, 5.0, 200.0]])  # N
+FORCE = np.array([[20.0, 30.0, 250.0], [-30.0, 10.0, 300.0], [10.0, -20.0, 240.0], [15.0, 5.0, 200.0]])
+"""N, on each foot, world."""
 SPEED = np.array([0.5, -0.4, 0.6, 0.3])  # m/s
 HEADING_RATE = np.array([1.5, -1.0, 0.8, 2.0])  # rad/s
 START_EULER = np.array([0.4, -0.1, 0.2])  # rad
@@ -47,7 +48,7 @@ START_RATE = np.array([0.3, -0.2, 0.1, 1.0, 0.6, -0.8])  # m/s, rad/s
 
 
 def tumbling(intervals: int) -> Problem:
-    """A problem without terms, so that the dynamics alone is left; the robot starts turning about all axes."""
+    """A problem without terms, so that only the dynamics is left; the robot starts turning about all axes."""
     scenario = rg.Scenario(
         robot="centauro-2020", goal={"x": 0.0}, horizon=HORIZON, interval=HORIZON / intervals, profile="paper"
     )
@@ -125,7 +126,7 @@ def errors_at_the_end(name: str, intervals: int) -> dict[str, float]:
     }
 
 
-# -- an optimal control problem -------------------------------------------------------------------------------------
+# -- an optimal control problem ------------------------------------------------------------------------------
 
 DRIVE = rg.Scenario(
     robot="centauro-2020",
@@ -161,7 +162,7 @@ def distances_to_the_finest(name: str, intervals: list[float]) -> list[dict[str,
     return rows
 
 
-# -- tables ---------------------------------------------------------------------------------------------------------
+# -- tables --------------------------------------------------------------------------------------------------
 
 
 def print_table(intervals: list[float], rows: list[dict[str, float]]) -> None:

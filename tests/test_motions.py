@@ -16,7 +16,8 @@ NOT_PROMISED_BY_THE_PAPER = {"goal_distance", "goal_yaw", "end_rate", "end_level
 @pytest.mark.parametrize("profile", ["executable", "paper"])
 @pytest.mark.parametrize("name", MOTIONS)
 def test_motion(name: str, profile: str) -> None:
-    plan = rg.plan(name, profile=profile)  # once for all three: this takes its time
+    # once for all three, as it takes its time
+    plan = rg.plan(name, profile=profile, transcription="collocation", solver="ipopt")
     is_certified(plan)
     is_at_the_goal(plan)
     is_at_rest(plan)

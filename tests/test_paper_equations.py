@@ -86,12 +86,12 @@ def n(request: pytest.FixtureRequest) -> Numbers:
     return random_numbers(request.param, ROBOT)
 
 
-# -- dynamics -------------------------------------------------------------------------------------------------------
+# -- dynamics ------------------------------------------------------------------------------------------------
 
 
 def test_equation_1_linear_momentum(n: Numbers) -> None:
     """m r̈ = m g + Σ f_i"""
-    expected = [0, 0, -ROBOT.mass * G] + n.force.sum(axis=0)
+    expected = n.force.sum(axis=0) - [0, 0, ROBOT.mass * G]
     np.testing.assert_allclose(ROBOT.mass * value(as_instant(ROBOT, n).ddr), expected, rtol=1e-12)
 
 
@@ -133,7 +133,7 @@ def test_equation_4_steerable_wheel(n: Numbers) -> None:
         assert value(foot.heading_rate)[0] == sigma_rate
 
 
-# -- costs ----------------------------------------------------------------------------------------------------------
+# -- costs ---------------------------------------------------------------------------------------------------
 
 
 def test_cost_acceleration(n: Numbers) -> None:
@@ -171,7 +171,7 @@ def test_cost_heading_rate(n: Numbers) -> None:
     assert cost_value(costs.HeadingRate(), n) == pytest.approx(np.sum(n.motion[:, 1] ** 2))
 
 
-# -- constraints ----------------------------------------------------------------------------------------------------
+# -- constraints ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("inscribed", [False, True])
@@ -236,7 +236,7 @@ def test_end(n: Numbers) -> None:
         np.testing.assert_allclose(rows, apart[i, :2], atol=1e-12)
 
 
-# -- the whole problem on its mesh ----------------------------------------------------------------------------------
+# -- the whole problem on its mesh ---------------------------------------------------------------------------
 
 GAUSS_3 = 0.5 * (leggauss(3)[0] + 1.0)
 WEIGHTS_3 = np.array([5.0, 8.0, 5.0]) / 18.0

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,9 +39,19 @@ def asked(**values: Any) -> rg.Scenario:
     return rg.Scenario.from_dict(data | values)
 
 
+Planned = Callable[..., rg.Plan]
+
+
+@pytest.fixture(scope="module", params=[("collocation", "ipopt"), ("condensed", "fatrop")], ids="-".join)
+def planned(request: pytest.FixtureRequest) -> Planned:
+    """Plans in one of the ways that there are."""
+    transcription, solver = request.param
+    return partial(rg.plan, transcription=transcription, solver=solver)
+
+
 @pytest.fixture(scope="module")
-def plan() -> rg.Plan:
-    return rg.plan(asked())
+def plan(planned: Planned) -> rg.Plan:
+    return planned(asked())
 
 
 def dense(plan: rg.Plan) -> Samples:
@@ -60,26 +72,26 @@ def assert_same_motion(found: Samples, wanted: Samples) -> None:
     np.testing.assert_allclose(found.force, wanted.force, atol=0.5)
 
 
-# -- standing -------------------------------------------------------------------------------------------------------
+# -- standing ------------------------------------------------------------------------------------------------
 
 
-def test_standing_needs_the_weight_and_nothing_else() -> None:
-    s = dense(rg.plan(asked(goal={"x": 0.0}, gait={"kind": "drive"}, horizon=1.0)))
+def test_standing_needs_the_weight_and_nothing_else(planned: Planned) -> None:
+    s = dense(planned(asked(goal={"x": 0.0}, gait={"kind": "drive"}, horizon=1.0)))
     np.testing.assert_allclose(
-        s.force.sum(axis=1), np.tile([0, 0, ROBOT.mass * GRAVITY], (160, 1)), atol=1e-3
+        s.force.sum(axis=1), np.tile([0, 0, ROBOT.mass * GRAVITY], (160, 1)), atol=1e-2
     )
     torque = np.cross(s.foot_position - s.com_position[:, None], s.force).sum(axis=1)
-    np.testing.assert_allclose(torque, 0.0, atol=1e-3)
-    np.testing.assert_allclose(s.com_position, s.com_position[:1].repeat(160, axis=0), atol=1e-7)
+    np.testing.assert_allclose(torque, 0.0, atol=0.05)
+    np.testing.assert_allclose(s.com_position, s.com_position[:1].repeat(160, axis=0), atol=1e-5)
     for still in (s.euler, s.com_velocity, s.euler_rate, s.speed, s.heading_rate, s.foot_velocity):
-        np.testing.assert_allclose(still, 0.0, atol=1e-5)
+        np.testing.assert_allclose(still, 0.0, atol=1e-4)
 
 
-# -- symmetries -----------------------------------------------------------------------------------------------------
+# -- symmetries ----------------------------------------------------------------------------------------------
 
 
-def test_a_mirrored_scenario_mirrors_the_plan(plan: rg.Plan) -> None:
-    other = rg.plan(
+def test_a_mirrored_scenario_mirrors_the_plan(planned: Planned, plan: rg.Plan) -> None:
+    other = planned(
         asked(goal={"x": 0.1, "y": -0.04, "yaw_deg": -5}, gait={"kind": "schedule", "HR": [[0.4, 0.9]]})
     )
     assert other.statistics.cost == pytest.approx(plan.statistics.cost, rel=1e-5)
@@ -97,10 +109,12 @@ def test_a_mirrored_scenario_mirrors_the_plan(plan: rg.Plan) -> None:
 
 
 @pytest.mark.parametrize("turn_deg", [90, -37, 200])
-def test_a_turned_and_moved_scenario_turns_and_moves_the_plan(plan: rg.Plan, turn_deg: float) -> None:
+def test_a_turned_and_moved_scenario_turns_and_moves_the_plan(
+    planned: Planned, plan: rg.Plan, turn_deg: float
+) -> None:
     a, shift = np.radians(turn_deg), np.array([2.0, -1.0, 0.3])
     goal = turned(a, np.array([0.1, 0.04, 0.0])) + shift
-    other = rg.plan(
+    other = planned(
         asked(
             start={"x": shift[0], "y": shift[1], "yaw_deg": turn_deg},
             goal={"x": goal[0], "y": goal[1], "yaw_deg": turn_deg + 5},
@@ -120,7 +134,7 @@ def test_a_turned_and_moved_scenario_turns_and_moves_the_plan(plan: rg.Plan, tur
     assert_same_motion(back, dense(plan))
 
 
-def test_forces_scale_with_the_mass(plan: rg.Plan) -> None:
+def test_forces_scale_with_the_mass(planned: Planned, plan: rg.Plan) -> None:
     factor = 0.25
     limits = {leg: ROBOT.leg_list[i].force_max * factor for i, leg in enumerate(("FL", "FR", "HL", "HR"))}
     lighter = {f"robot.legs.{leg}.force_max": limit for leg, limit in limits.items()}
@@ -133,17 +147,17 @@ def test_forces_scale_with_the_mass(plan: rg.Plan) -> None:
             "bounds.force_min": 40.0 * factor,
         }
     )
-    s = dense(rg.plan(given))
+    s = dense(planned(given))
     assert_same_motion(replace(s, force=s.force / factor), dense(plan))
 
 
-def test_the_same_question_has_the_same_answer(plan: rg.Plan) -> None:
-    again = rg.plan(asked())
+def test_the_same_question_has_the_same_answer(planned: Planned, plan: rg.Plan) -> None:
+    again = planned(asked())
     for name, array in plan.trajectory.arrays().items():
         np.testing.assert_array_equal(again.trajectory.arrays()[name], array)
 
 
-# -- wheels ---------------------------------------------------------------------------------------------------------
+# -- wheels --------------------------------------------------------------------------------------------------
 
 
 def test_wheels_do_not_slip_between_nodes(plan: rg.Plan) -> None:
@@ -159,9 +173,9 @@ def test_wheels_do_not_slip_between_nodes(plan: rg.Plan) -> None:
 
 
 @pytest.mark.parametrize("kind", ["steerable", "fixed", "point"])
-def test_every_kind_of_foot_is_planned_and_certified(kind: Any) -> None:
+def test_every_kind_of_foot_is_planned_and_certified(planned: Planned, kind: Any) -> None:
     gait = {"kind": "crawl", "steps": 4, "pause_start": 0.4, "pause_end": 0.4}
-    plan = rg.plan(
+    plan = planned(
         asked(
             robot=ROBOT.with_feet(kind),
             goal={"x": 0.1},
@@ -178,7 +192,7 @@ def test_every_kind_of_foot_is_planned_and_certified(kind: Any) -> None:
         np.testing.assert_allclose(s.heading, s.euler[:, :1].repeat(4, axis=1), atol=1e-9)
 
 
-# -- terms of the user ----------------------------------------------------------------------------------------------
+# -- terms of the user ---------------------------------------------------------------------------------------
 
 
 class _Crouch(rg.Constraint):
@@ -200,32 +214,32 @@ class _ToTheLeft(rg.Cost):
         return (x.r[1] - 0.05) ** 2
 
 
-def test_costs_of_the_user_pull_and_are_accounted_for(plan: rg.Plan) -> None:
-    pulled = rg.plan(asked(weights={"goal": 0.0, "terminal_goal": 0.0}), terms=[_ToTheLeft(weight=1e4)])
+def test_costs_of_the_user_pull_and_are_accounted_for(planned: Planned, plan: rg.Plan) -> None:
+    pulled = planned(asked(weights={"goal": 0.0, "terminal_goal": 0.0}), terms=[_ToTheLeft(weight=1e4)])
     assert pulled.statistics.costs["to_the_left"] > 0.0
     assert sum(pulled.statistics.costs.values()) == pytest.approx(pulled.statistics.cost)
     assert pulled.sample(pulled.horizon).com_position[1] == pytest.approx(0.05, abs=5e-3)
 
 
-def test_constraints_of_the_user_hold() -> None:
-    plan = rg.plan(asked(bounds={"without": ["height_at_end"]}), terms=[_Crouch()])
+def test_constraints_of_the_user_hold(planned: Planned) -> None:
+    plan = planned(asked(bounds={"without": ["height_at_end"]}), terms=[_Crouch()])
     assert plan.sample(plan.horizon).com_position[2] <= 0.67 + 1e-6
 
 
-# -- ways in and out ------------------------------------------------------------------------------------------------
+# -- ways in and out -----------------------------------------------------------------------------------------
 
 
-def test_a_scenario_may_be_an_object_a_file_or_a_name(plan: rg.Plan, tmp_path: Path) -> None:
+def test_a_scenario_may_be_a_file_or_a_name(planned: Planned, plan: rg.Plan, tmp_path: Path) -> None:
     file = tmp_path / "mine.yaml"
     file.write_text(asked().to_yaml(), encoding="utf-8")
     for name in (file, str(file)):
-        assert rg.plan(name).statistics.cost == pytest.approx(plan.statistics.cost, rel=1e-6)
+        assert planned(name).statistics.cost == pytest.approx(plan.statistics.cost, rel=1e-6)
     with pytest.raises(UnknownNameError, match="wheeled"):
-        rg.plan("wheels")
+        planned("wheels")
 
 
-def test_profile_replaces_that_of_the_scenario() -> None:
-    plan = rg.plan(asked(), profile="paper")
+def test_profile_replaces_that_of_the_scenario(planned: Planned) -> None:
+    plan = planned(asked(), profile="paper")
     assert plan.scenario.profile == "paper"
     assert "tilt" not in plan.statistics.costs
 
@@ -248,7 +262,7 @@ def test_statistics_account_for_the_solution(plan: rg.Plan) -> None:
 
 def test_progress_is_told_of_every_iteration() -> None:
     seen: list[Iteration] = []
-    plan = rg.plan(asked(), progress=seen.append)
+    plan = rg.plan(asked(), solver="ipopt", progress=seen.append)
     assert [i.number for i in seen] == list(range(plan.statistics.iterations + 1))
     assert seen[-1].cost == pytest.approx(plan.statistics.cost)
     assert seen[-1].violation < 1e-6 < seen[0].violation
@@ -261,12 +275,12 @@ def test_what_progress_raises_comes_through(error: type[BaseException]) -> None:
             raise error
 
     with pytest.raises(error):
-        rg.plan(asked(), progress=stop)
+        rg.plan(asked(), solver="ipopt", progress=stop)
 
 
-def test_no_solution_is_an_error_that_carries_the_iterate(tmp_path: Path) -> None:
+def test_no_solution_is_an_error_that_carries_the_iterate(planned: Planned, tmp_path: Path) -> None:
     with pytest.raises(rg.NotSolvedError, match=r"worst: .* at t = ") as caught:
-        rg.plan(asked(bounds={"force_max": 100.0}))
+        planned(asked(bounds={"force_max": 100.0}))
     iterate = caught.value.plan
     assert isinstance(iterate, rg.Plan)
     assert not iterate.solved
@@ -275,10 +289,12 @@ def test_no_solution_is_an_error_that_carries_the_iterate(tmp_path: Path) -> Non
     assert not rg.Plan.load(iterate.save(tmp_path / "iterate")).solved
 
 
-def test_what_cannot_be_is_said_without_trying() -> None:
+def test_what_cannot_be_is_said_without_trying(planned: Planned) -> None:
     class _Float(_Crouch):
         name = "float"
         lower, upper = 5.0, 6.0
 
-    with pytest.raises(rg.NotSolvedError, match="no solution exists: height_at_end contradicts .* by 4.31 m"):
-        rg.plan(asked(), terms=[_Float()])
+    with pytest.raises(
+        rg.NotSolvedError, match=r"no solution exists: height_at_end contradicts .* by 4\.31 m"
+    ):
+        planned(asked(), terms=[_Float()])

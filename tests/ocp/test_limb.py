@@ -41,8 +41,8 @@ def limb_of(leg: int) -> Limb:
 def posed(leg: int, hip_yaw: float, ankle_yaw: float, forward: float, drop: float, yaw: float) -> Numbers:
     """The robot with one leg in the pose of these joints.
 
-    The leg's plane stands `plane_offset` beside the hip_yaw axis; in it the wheel is `forward` ahead (or behind)
-    of the axis, and the ankle pitch axis `drop` below the hip pitch axis. Joints turn about downward axes.
+    The leg's plane stands `plane_offset` beside the hip_yaw axis; in it the wheel is `forward` ahead of (or
+    behind) the axis, and the ankle pitch axis `drop` below the hip pitch axis. Joints turn downwards.
     """
     limb = limb_of(leg)
     in_plane = np.array([limb.direction * forward, limb.plane_offset, -drop - limb.ankle_height])

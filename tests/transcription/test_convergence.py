@@ -1,8 +1,7 @@
-"""Each transcription converges at its order: a tumbling, steering robot under fixed inputs against an integrator."""
+"""Each transcription converges at its order: a tumbling robot under fixed inputs against an integrator."""
 
 import numpy as np
 import pytest
-
 from benchmarks.convergence import errors_at_the_end
 
 

@@ -40,7 +40,7 @@ def assert_close(exact: Array, difference: Array) -> None:
     np.testing.assert_allclose(exact / scale, difference / scale, atol=2e-7)
 
 
-# -- derivatives ----------------------------------------------------------------------------------------------------
+# -- derivatives ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -89,7 +89,7 @@ def test_cost_is_the_sum_of_the_terms(transcribed: Collocation) -> None:
     assert sum(costs.values()) == pytest.approx(float(values(nlp, "nlp_f", w, nlp.parameters)[0]))
 
 
-# -- presolve -------------------------------------------------------------------------------------------------------
+# -- presolve ------------------------------------------------------------------------------------------------
 
 
 def unreduced_violations(nlp: Nlp, w: Array) -> Array:
@@ -147,7 +147,7 @@ def test_every_row_that_is_left_has_a_free_variable(transcribed: Collocation) ->
     assert not transcribed.nlp.contradictions
 
 
-# -- numbers are parameters -----------------------------------------------------------------------------------------
+# -- numbers are parameters ----------------------------------------------------------------------------------
 
 
 def test_another_robot_and_goal_need_no_new_functions() -> None:
@@ -168,7 +168,7 @@ def test_another_robot_and_goal_need_no_new_functions() -> None:
             np.testing.assert_array_equal(a, b)
 
 
-# -- rows of the user -----------------------------------------------------------------------------------------------
+# -- rows of the user ----------------------------------------------------------------------------------------
 
 
 class _Lean(Constraint):

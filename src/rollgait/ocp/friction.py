@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rollgait.ocp.instant import Foot, Instant
-from rollgait.ocp.limits import SteeringRate
 from rollgait.ocp.term import ENDS, INPUT, Data, FootConstraint, Limits, Phase
 
 if TYPE_CHECKING:

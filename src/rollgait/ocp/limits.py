@@ -107,13 +107,17 @@ class SwingSpeed(FootConstraint):
 class Acceleration(FootConstraint):
     """|v_k − v_{k−1}| ≤ a h (executable): wheel speeds do not jump, not even at t = 0, where v was 0.
 
-    a is `acceleration_max` for a foot that stays on the ground and `swing_acceleration_max` for one that swings
-    or has just landed (its wheel is free to spin up in the air).
+    a is `acceleration_max` for a foot that stays on the ground and `swing_acceleration_max` for one that
+    swings or has just landed (its wheel is free to spin up in the air). What moves freely in swing has a second
+    component there, which stops when the foot lands.
     """
 
     name = "acceleration"
     places = INPUT
     unit = "m/s"
+
+    def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
+        return {"in_swing": ~problem.schedule.contact[leg : leg + 1]}
 
     def limits(self, problem: Problem, leg: int) -> Limits:
         contact = problem.schedule.contact[leg]
@@ -133,4 +137,6 @@ class Acceleration(FootConstraint):
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         change = foot.motion - foot.previous_motion
-        return change if foot.kind == "point" else change[0]
+        if foot.kind == "steerable":
+            return change[0]
+        return change if foot.kind == "point" else ca.vertcat(change[0], d.in_swing * change[1])
