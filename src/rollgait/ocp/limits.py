@@ -108,8 +108,8 @@ class Acceleration(FootConstraint):
     """|v_k − v_{k−1}| ≤ a h (executable): wheel speeds do not jump, not even at t = 0, where v was 0.
 
     a is `acceleration_max` for a foot that stays on the ground and `swing_acceleration_max` for one that
-    swings or has just landed (its wheel is free to spin up in the air). What moves freely in swing has a second
-    component there, which stops when the foot lands.
+    swings or has just landed (its wheel is free to spin up in the air). What moves freely in swing has a
+    second component there, which stops when the foot lands.
     """
 
     name = "acceleration"
