@@ -16,6 +16,7 @@ from rollgait.robot.library import find_robot, robot_names
 from rollgait.robot.robot import Robot
 from rollgait.scenario.library import find_scenario, scenario_names
 from rollgait.scenario.scenario import Scenario
+from rollgait.tracking import JointTrajectory, track
 
 __version__ = "0.1.0"
 
@@ -26,6 +27,7 @@ __all__ = [
     "FootConstraint",
     "InputError",
     "Instant",
+    "JointTrajectory",
     "NotSolvedError",
     "Plan",
     "Robot",
@@ -37,4 +39,5 @@ __all__ = [
     "plan",
     "robot_names",
     "scenario_names",
+    "track",
 ]

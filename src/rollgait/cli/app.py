@@ -10,7 +10,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import rollgait
-from rollgait.cli import check, export, library, plan, plot
+from rollgait.cli import check, export, library, plan, plot, track
 from rollgait.cli.output import print_error
 from rollgait.cli.usage import Commands, usage_error
 from rollgait.errors import RollgaitError
@@ -25,6 +25,7 @@ app.command("plan")(plan.plan)
 app.command("check")(check.check)
 app.command("plot")(plot.plot)
 app.command("export")(export.export)
+app.command("track")(track.track)
 app.command("scenarios")(library.scenarios)
 app.command("robots")(library.robots)
 app.command("show")(library.show)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from rollgait.config import parse_setting
+from rollgait.errors import InputError
 from rollgait.scenario import Scenario, find_scenario
 
 ScenarioName = Annotated[
@@ -36,3 +38,15 @@ def scenario_with(name: str, settings: list[str] | None, profile: str | None) ->
         values["profile"] = profile
     scenario = find_scenario(name)
     return scenario.with_values(values) if values else scenario
+
+
+def rate_from(text: str) -> float:
+    """A rate in Hz. Raises `InputError`."""
+    rule = "must be a positive number of samples per second (Hz)"
+    try:
+        rate = float(text)
+    except ValueError:
+        raise InputError("rate", text, rule) from None
+    if not 0.0 < rate < math.inf:
+        raise InputError("rate", text, rule)
+    return rate

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from rollgait.cli.arguments import PlanFile
-from rollgait.errors import InputError
+from rollgait.cli.arguments import PlanFile, rate_from
 from rollgait.plan.plan import Plan
 
 
@@ -24,21 +22,10 @@ def export(
     ] = None,
 ) -> None:
     """Write a plan, sampled at a fixed rate, in a format that others read."""
-    per_second = _rate(rate)
+    per_second = rate_from(rate)
     plan = Plan.load(plan_file)
     target = out or Path(f"{plan_file.stem}.{file_format}")
     from rollgait.export import write
 
     write(plan, target, file_format, per_second)
     print(target)
-
-
-def _rate(text: str) -> float:
-    rule = "must be a positive number of samples per second (Hz)"
-    try:
-        rate = float(text)
-    except ValueError:
-        raise InputError("rate", text, rule) from None
-    if not 0.0 < rate < math.inf:
-        raise InputError("rate", text, rule)
-    return rate

@@ -36,8 +36,9 @@ class Urdf:
 
     Attributes:
         path: where it was read.
-        root: its XML. Continuous joints have become revolute ones with limits of ±`UNLIMITED`, so that an angle
-            is one number that counts turns; a floating joint at the root is gone, as whoever reads this adds one.
+        root: its XML. Continuous joints have become revolute ones with limits of ±`UNLIMITED`, so that an
+            angle is one number that counts turns; a floating joint at the root is gone, as whoever reads this
+            adds one.
     """
 
     path: Path
@@ -81,7 +82,7 @@ class Urdf:
                 rule = f"has a {joint.kind} joint, {joint.name}, in its leg: a leg's joints must all turn"
                 raise InputError(field, link, rule)
             if joint.mimics is not None:
-                rule = f"has the joint {joint.name} in its leg, which mimics {joint.mimics}: it must move by itself"
+                rule = f"has a joint in its leg, {joint.name}, that mimics {joint.mimics}, which none may"
                 raise InputError(field, link, rule)
         return chain
 
@@ -196,7 +197,7 @@ def _limit_continuous_joints(root: ET.Element) -> None:
 
 
 def _places(name: str, urdf: Path) -> Iterator[Path]:
-    """Where a mesh may be: package:// names a folder above the URDF, beside one above it, or on ROS_PACKAGE_PATH."""
+    """Where a mesh may be: package:// names a folder above the URDF or beside one, or on ROS_PACKAGE_PATH."""
     if not name.startswith(_PACKAGE):
         yield urdf.parent / name.removeprefix("file://")
         return

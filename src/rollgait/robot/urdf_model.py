@@ -1,9 +1,9 @@
 """The whole body as pinocchio sees it: a free base, joints, and four legs that end in a wheel or a point.
 
 Everything a task or an import asks of a posture is in `BodyState`, evaluated once for all legs together.
-Velocities v of shape (nv,) are those of pinocchio: the base's linear and angular velocity in base axes, then the
-joints in the order of `joint_names`. A configuration q of shape (nv + 1,) begins with the base's position and
-quaternion (x, y, z, w); the joints' angles follow, one number each.
+Velocities v of shape (nv,) are those of pinocchio: the base's linear and angular velocity in base axes, then
+the joints in the order of `joint_names`. A configuration q of shape (nv + 1,) begins with the base's position
+and quaternion (x, y, z, w); the joints' angles follow, one number each.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _PARALLEL: Final = 0.999
 _UP: Final = np.array([0.0, 0.0, 1.0])
 
 _CONTROLLED: Final = 0.05
-"""Smallest singular value (m or rad per rad) above which a leg is said to control a row of its foot's pose."""
+"""Smallest singular value (m or rad per rad) above which a leg controls a row of its foot's pose."""
 
 
 @dataclass(frozen=True)
@@ -259,7 +259,7 @@ class WholeBodyModel:
         pin.framesForwardKinematics(self.pin, self._data, q)
 
     def _arrange(self) -> None:
-        """Index arrays that treat all legs at once; a leg with fewer joints is padded by the column nv of zeros."""
+        """Index arrays for all legs at once; a leg with fewer joints is padded by the column nv of zeros."""
         longest = max(len(leg.joints) for leg in self.legs)
         columns = np.full((len(self.legs), BASE_V + longest + 1), self.nv)
         columns[:, :BASE_V] = np.arange(BASE_V)
@@ -302,7 +302,8 @@ class WholeBodyModel:
         axle = _apply(R_link, self._axles)
         down, down_by_axle = _down(axle)
         p_foot = centre + self._radii[:, None] * down
-        turn = self._radii[:, None, None] * (down_by_axle @ -_skew(axle))  # of the contact point about the centre
+        # of the contact point about the centre of the wheel
+        turn = self._radii[:, None, None] * (down_by_axle @ -_skew(axle))
         J_foot = linear * self._on_link[:, None] + (turn - _skew(centre)) @ angular_link
         J_contact = linear - _skew(p_foot) @ angular
         heading, by_heading = _heading(axle)
@@ -364,7 +365,7 @@ class WholeBodyModel:
         return np.array(pin.rnea(self.pin, self._data, q, v, a))
 
     def _keep_knees_bent(self) -> None:
-        """Cuts the limits of the knees so that none gets straight: there a leg loses a direction, and may flip over.
+        """Cuts the limits of the knees so that none gets straight: a straight leg may flip over.
 
         A knee is the first joint of a leg whose axis is parallel to that of the joint above it.
         """
@@ -373,7 +374,7 @@ class WholeBodyModel:
         for leg in self.legs:
             names = [self.joint_names[v - BASE_V] for v in leg.joints]
             axes = [self._axis(name) for name in names]
-            parallel = [abs(a @ b) > _PARALLEL for a, b in pairwise(axes)]
+            parallel = [bool(abs(a @ b) > _PARALLEL) for a, b in pairwise(axes)]
             if True not in parallel:
                 continue
             knee = parallel.index(True) + 1
@@ -398,7 +399,8 @@ class WholeBodyModel:
             return ()
         state = self.state(self.posture)
         own = list(chain.joints)
-        rows, names = [state.J_foot[leg][:, own]], []
+        names: list[str] = []
+        rows = [state.J_foot[leg][:, own]]
         candidates = {"heading": state.J_heading, "tilt": state.J_tilt, "camber": state.J_camber}
         for name, jacobian in candidates.items():
             trial = np.vstack([*rows, jacobian[leg][None, own]])
@@ -425,7 +427,7 @@ def _angle_about(axis: Array, a: Array, b: Array) -> float:
     return float(np.arctan2(axis @ np.cross(a, b), a @ b))
 
 
-# -- geometry of a wheel: each function takes all legs, and says how its value changes with the angular velocity ω --
+# -- geometry of a wheel: for all legs at once, with the derivative by the angular velocity ω --
 
 
 def _apply(R: Array, vectors: Array) -> Array:
@@ -487,7 +489,7 @@ def _camber(axle: Array) -> tuple[Array, Array]:
 
 
 def _tilt(k: Array, n: Array, wheels: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """Lean of k in the vertical plane with normal n: atan2(k·(n × z)/ρ, k_z), ρ = |n × z|, and g with d/dt = g·ω."""
+    """Lean of k in the vertical plane with normal n: atan2(k·(n × z)/|n × z|, k_z), and g with d/dt = g·ω."""
     rho = np.sqrt(np.maximum(n[:, 0] ** 2 + n[:, 1] ** 2, 1e-6))
     t = k[:, 0] * n[:, 1] - k[:, 1] * n[:, 0]
     s, c = t / rho, k[:, 2]

@@ -1,7 +1,7 @@
 """What the planner does not know of a robot: the small YAML file that stands beside a URDF.
 
-It names, per leg, the wheel or the foot and the joints that matter, and holds what no URDF tells. Plain data; the
-model itself is built in `urdf_model.py`.
+It names, per leg, the wheel or the foot and the joints that matter, and holds what no URDF tells. Plain data;
+the model itself is built in `urdf_model.py`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Final
 
-from pydantic import model_validator
+from pydantic import Field, model_validator
 
 from rollgait.config import Config, NonNegative, Number, Positive, PositiveVector3, Range, load_yaml, validate
 from rollgait.errors import MISSING, FileError, InputError, MissingExtraError
@@ -84,7 +84,7 @@ class Choices(Config):
     force_max: Positive | None = None
     """Limit of the normal contact force, N; the robot's weight if not given."""
     extension: Range | None = None
-    """Range of the distance from the hip pitch axis to the ankle pitch axis, m; from the joints if not given."""
+    """Range of the distance from hip pitch to ankle pitch axis, m; from the joints if not given."""
     radius_min: Positive | None = None
     """Smallest horizontal distance from the hip_yaw axis to the contact point, m."""
 
@@ -99,11 +99,11 @@ class WholeBody(Config):
     srdf: str | None = None
     """Path of the SRDF, likewise."""
     posture: str | None = None
-    """Group state of the SRDF from which the nominal stance is derived; all joints at 0 if not given."""
-    joints: dict[str, Number] = {}
+    """Group state of the SRDF that the nominal stance is derived from; all joints at 0 if not given."""
+    joints: dict[str, Number] = Field(default_factory=dict)
     """Joint angles of that posture, over those of the SRDF, rad."""
     height: Positive | None = None
-    """Height of the base link's origin above the ground in the nominal stance, m; the posture's if not given."""
+    """Height of the base link above the ground in the nominal stance, m; the posture's if not given."""
     legs: LegsJoints
     """The four legs."""
     planner: Choices = Choices()
@@ -127,7 +127,7 @@ def load_whole_body(path: str | Path) -> WholeBody:
 
 
 def find_whole_body(robot: Robot) -> WholeBody:
-    """The whole body that belongs to a robot: the file it names, or the one of its name in the library.
+    """The whole body of a robot: the file it names, or the one of its name in the library.
 
     Raises:
         InputError: there is none: the robot is for planning only.
@@ -140,14 +140,16 @@ def find_whole_body(robot: Robot) -> WholeBody:
             raise InputError(
                 "robot.whole_body",
                 MISSING,
-                f"must be given: there is no whole-body model of {robot.name!r}, which can only be planned for",
+                f"must be given: of {robot.name!r} there are only figures for planning, no whole-body model",
             )
         return load_whole_body(file)
 
 
 def _placed(body: WholeBody, folder: Path) -> WholeBody:
     """The same with absolute paths."""
-    places = {key: str(_place(key, getattr(body, key), folder)) for key in ("urdf", "srdf") if getattr(body, key)}
+    places = {
+        key: str(_place(key, getattr(body, key), folder)) for key in ("urdf", "srdf") if getattr(body, key)
+    }
     return body.model_copy(update=places)
 
 

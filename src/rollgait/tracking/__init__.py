@@ -3,8 +3,8 @@
 Needs the extra `whole-body`; importing this package does not load it, `track` does.
 """
 
+from rollgait.tracking.entry import track
 from rollgait.tracking.joints import JointTrajectory
 from rollgait.tracking.report import TrackingReport, TrackingRow
-from rollgait.tracking.track import track
 
 __all__ = ["JointTrajectory", "TrackingReport", "TrackingRow", "track"]

@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 def held_headings(plan: Plan, samples: Samples, model: WholeBodyModel) -> Array:
     """Headings of all wheels, (n, 4), rad.
 
-    Those of the plan where it has any. A wheel that is planned as a point foot is locked: in stance its heading stays,
-    so that it does not scrub; in swing it turns to where the base will point at touch-down.
+    Those of the plan where it has any. A wheel that is planned as a point foot is locked: in stance its
+    heading stays, so that it does not scrub; in swing it turns to where the base will point at touch-down.
     """
     headings = samples.heading.copy()
     for leg, (planned, chain) in enumerate(zip(plan.robot.leg_list, model.legs, strict=True)):

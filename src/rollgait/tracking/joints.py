@@ -1,4 +1,4 @@
-"""A joint trajectory: what the whole body does, sample by sample. Saves and loads itself without any robot library."""
+"""A joint trajectory: what the whole body does, sample by sample. Needs no robot library to save and load."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class JointTrajectory:
         joint_position: (n, n_j), rad; wheels count their turns.
         joint_velocity: (n, n_j), rad/s.
         joint_torque: feed-forward, (n, n_j), N m: inverse dynamics less what the planned contact forces do.
-        reference: the plan at these times. The heading of a wheel that is planned as a point foot is the one it is
-            held at.
+        reference: the plan at these times. The heading of a wheel that is planned as a point foot is the one
+            it is held at.
         robot: the planner's robot.
         report: how well it follows the plan.
     """

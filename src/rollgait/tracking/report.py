@@ -64,8 +64,8 @@ class TrackingReport:
         failed_steps: steps in which a level found no answer and fell back to the levels above it.
         step_time: mean time to compute a step, s.
         step_time_max: longest, s.
-        wrench_mismatch: root mean square of what the planned forces lack to move the whole body, N: the planner's
-            robot is a single rigid body, whose legs weigh nothing on their own.
+        wrench_mismatch: root mean square of what the planned forces lack to move the whole body, N: the
+            planner's robot is a single rigid body, whose legs weigh nothing on their own.
     """
 
     rows: tuple[TrackingRow, ...]
@@ -104,14 +104,19 @@ def leg_rows(time: Array, foot: Array, heading: Array) -> Iterator[TrackingRow]:
 
 
 def body_rows(time: Array, com: Array, base: Array, camber: Array) -> Iterator[TrackingRow]:
-    """Rows of the body: distance of the CoM (n,), m, angle of the base (n,), rad; cambers (n, 4), rad, only shown."""
+    """Rows of the body: distance of the CoM (n,), m; angle of the base (n,) and cambers (n, 4), rad."""
     yield _largest("com", com[:, None], LENGTH_TOLERANCE, "m", ("",), time)
     yield _largest("base", base[:, None], ANGLE_TOLERANCE, "rad", ("",), time)
     yield _largest("camber", camber, None, "rad", LEG_NAMES, time)
 
 
 def joint_rows(
-    time: Array, names: tuple[str, ...], position_margin: Array, speed: Array, speed_max: Array, torque_use: Array
+    time: Array,
+    names: tuple[str, ...],
+    position_margin: Array,
+    speed: Array,
+    speed_max: Array,
+    torque_use: Array,
 ) -> Iterator[TrackingRow]:
     """Rows of the joints.
 

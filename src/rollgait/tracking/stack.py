@@ -1,9 +1,9 @@
 """Strict priorities: of all steps that serve the upper levels best, the one that serves the next level best.
 
-Level by level, min ‖A_k x − b_k‖ over x = x_k + Z_k y, where Z_k spans what the levels above leave free, so that a
-lower level never moves a higher one. Without bounds each level is one singular value decomposition. If the step found
-so lies within the bounds it is the answer with bounds too, as every level has its optimum; only otherwise each level
-becomes a quadratic program, solved by daqp, or by piqp if that fails.
+Level by level, min ‖A_k x − b_k‖ over x = x_k + Z_k y, where Z_k spans what the levels above leave free, so
+that a lower level never moves a higher one. Without bounds each level is one singular value decomposition. If
+the step found so lies within the bounds it is the answer with bounds too, as every level has its optimum;
+only otherwise each level becomes a quadratic program, solved by daqp, or by piqp if that fails.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Level = tuple[Array, Array]
 """A level: A of shape (rows, n), b of shape (rows,)."""
 
 RANK_TOLERANCE: Final = 1e-4
-"""Singular values below this share of the level's largest are taken for zero: the level cannot be served there."""
+"""Singular values below this share of the level's largest are zero: the level cannot be served there."""
 
 BOUND_TOLERANCE: Final = 1e-9
 """By how much a bound may be exceeded by rounding, rad or m."""
@@ -39,7 +39,8 @@ class Step:
     Attributes:
         x: the step, shape (n,).
         bounded: whether a bound made quadratic programs necessary.
-        failed: numbers of the levels that no solver could serve and that fell back to the levels above, from 0.
+        failed: numbers of the levels that no solver could serve and that fell back to the levels above,
+            from 0.
     """
 
     x: Array

@@ -1,8 +1,8 @@
 """What the whole body shall do in the next step: one small class per task, with its error and its Jacobian.
 
-Steps, not velocities: a task asks for the displacement Δq (shape (nv,), rad and m) with J Δq = e, where e is what is
-missing at the end of the step. With the error taken against the reference one step ahead, the step carries its own
-feed-forward, and what a linearisation leaves is corrected by the next.
+Steps, not velocities: a task asks for the displacement Δq (shape (nv,), rad and m) with J Δq = e, where e is
+what is missing at the end of the step. With the error taken against the reference one step ahead, the step
+carries its own feed-forward, and what a linearisation leaves is corrected by the next.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Target:
-    """Where everything shall be at the end of a step; world frame, SI units, legs in the order FL, FR, HL, HR.
+    """Where everything shall be at the end of a step; world frame, SI units, legs FL, FR, HL, HR.
 
     Attributes:
         p_com: (3,), m.
@@ -81,10 +81,10 @@ class WheelRolling(Task):
         self._legs = np.array([i for i, leg in enumerate(model.legs) if leg.wheel is not None], dtype=int)
 
     def error(self, state: BodyState, target: Target) -> Array:
-        return target.roll_step[self._legs]
+        return np.asarray(target.roll_step[self._legs])
 
     def jacobian(self, state: BodyState) -> Array:
-        return state.J_roll[self._legs]
+        return np.asarray(state.J_roll[self._legs])
 
 
 class FootAngle(Task):
@@ -93,7 +93,9 @@ class FootAngle(Task):
     row: ClassVar[str]
 
     def __init__(self, model: WholeBodyModel) -> None:
-        self._legs = np.array([i for i, rows in enumerate(model.orientation_rows) if self.row in rows], dtype=int)
+        self._legs = np.array(
+            [i for i, rows in enumerate(model.orientation_rows) if self.row in rows], dtype=int
+        )
 
 
 class WheelHeading(FootAngle):
@@ -107,24 +109,24 @@ class WheelHeading(FootAngle):
         return np.asarray((missing + np.pi) % (2.0 * np.pi) - np.pi)
 
     def jacobian(self, state: BodyState) -> Array:
-        return state.J_heading[self._legs]
+        return np.asarray(state.J_heading[self._legs])
 
 
 class FootTilt(FootAngle):
     """Feet upright in the plane in which the leg can tilt them.
 
-    In a leg of five joints that is the leg's own plane: a camber of the wheel it cannot control, and asking for none
-    would cost the base its place.
+    In a leg of five joints that is the leg's own plane: a camber of the wheel it cannot control, and asking
+    for none would cost the base its place.
     """
 
     name = "foot tilt"
     row = "tilt"
 
     def error(self, state: BodyState, target: Target) -> Array:
-        return -state.tilt[self._legs]
+        return np.asarray(-state.tilt[self._legs])
 
     def jacobian(self, state: BodyState) -> Array:
-        return state.J_tilt[self._legs]
+        return np.asarray(state.J_tilt[self._legs])
 
 
 class WheelCamber(FootAngle):
@@ -134,10 +136,10 @@ class WheelCamber(FootAngle):
     row = "camber"
 
     def error(self, state: BodyState, target: Target) -> Array:
-        return -state.camber[self._legs]
+        return np.asarray(-state.camber[self._legs])
 
     def jacobian(self, state: BodyState) -> Array:
-        return state.J_camber[self._legs]
+        return np.asarray(state.J_camber[self._legs])
 
 
 class CentreOfMass(Task):
@@ -153,7 +155,7 @@ class CentreOfMass(Task):
 
 
 class WaistPosition(Task):
-    """Origin of the base link at r plus a constant offset in base axes: 3 rows, m. Blind to the moving legs."""
+    """Origin of the base link at r plus a constant offset: 3 rows, m. Blind to the moving legs."""
 
     name = "waist position"
 
@@ -187,7 +189,7 @@ class Posture(Task):
     def __init__(self, model: WholeBodyModel, q: Array, places: Sequence[int]) -> None:
         self._places = np.array(places, dtype=int)
         self._angles = q[self._places + 1]
-        self._jacobian = np.eye(model.nv)[self._places]
+        self._jacobian: Array = np.eye(model.nv)[self._places]
 
     def error(self, state: BodyState, target: Target) -> Array:
         return np.asarray(self._angles - state.q[self._places + 1])
@@ -212,5 +214,5 @@ def rotation_vector(R: Array) -> Array:
     axis = 0.5 * np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
     sine = float(np.sqrt(axis @ axis))
     if sine < 1e-9:
-        return axis
+        return np.asarray(axis)
     return np.asarray(axis * (np.arctan2(sine, 0.5 * (np.trace(R) - 1.0)) / sine))

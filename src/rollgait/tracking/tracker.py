@@ -53,7 +53,8 @@ def follow(plan: Plan, body: WholeBody, rate: float, waist: str = "com") -> Join
 def build_stack(model: WholeBodyModel, waist: str = "com") -> Stack:
     """The levels of the paper: feet XYZ / wheel rolling and foot orientation / waist / posture.
 
-    The posture of the legs stands below that of the upper body: else arms would swing to let the legs be near theirs.
+    The posture of the legs stands below that of the upper body: else arms would swing to let the legs be near
+    theirs.
     """
     if waist == "com":
         place: tasks.Task = tasks.CentreOfMass()
@@ -159,7 +160,11 @@ def stand(model: WholeBodyModel, stack: Stack, target: tasks.Target) -> BodyStat
         lower, upper = _bounds(model, state.q, np.inf)
         step = solve(levels, np.maximum(lower, -START_STEP), np.minimum(upper, START_STEP))
         state = model.state(model.integrate(state.q, step.x))
-    errors = [(float(np.max(np.abs(t.error(state, target)), initial=0.0)), t.name) for s in stack[:PLANNED_LEVELS] for t in s]
+    errors = [
+        (float(np.max(np.abs(t.error(state, target)), initial=0.0)), t.name)
+        for s in stack[:PLANNED_LEVELS]
+        for t in s
+    ]
     worst, name = max(errors)
     raise InputError(
         "plan",
@@ -190,7 +195,7 @@ def _bounds(model: WholeBodyModel, q: Array, duration: float) -> tuple[Array, Ar
 
 
 def _roll_steps(plan: Plan, samples: Samples, model: WholeBodyModel) -> Array:
-    """∫ v/R dt over each step, (n − 1, 4), rad. The speed is constant in an interval: its middle stands for a step."""
+    """∫ v/R dt over each step, (n − 1, 4), rad; the speed is constant in an interval."""
     middle = plan.sample(0.5 * (samples.time[1:] + samples.time[:-1]))
     radii = np.array([leg.radius if leg.wheel is not None else np.inf for leg in model.legs])
     return np.asarray(middle.speed * np.diff(samples.time)[:, None] / radii)
@@ -234,7 +239,7 @@ def _as_trajectory(plan: Plan, model: WholeBodyModel, samples: Samples, motion: 
 
 
 def _velocities(model: WholeBodyModel, t: Array, q: Array) -> Array:
-    """v by central differences, (n, nv); zero at both ends would be wrong for a motion that goes on: one-sided."""
+    """v by central differences, one-sided at both ends, (n, nv)."""
     n = len(t)
     before = np.maximum(np.arange(n) - 1, 0)
     after = np.minimum(np.arange(n) + 1, n - 1)
@@ -245,8 +250,8 @@ def _velocities(model: WholeBodyModel, t: Array, q: Array) -> Array:
 def _generalised_forces(model: WholeBodyModel, t: Array, q: Array, v: Array, interval: float) -> Array:
     """Inverse dynamics, (n, nv).
 
-    Within an interval of the plan speeds are constant and jump at its ends: an acceleration has a meaning only as a
-    mean over an interval, and is taken so.
+    Within an interval of the plan speeds are constant and jump at its ends: an acceleration has a meaning
+    only as a mean over an interval, and is taken so.
     """
     width = max(1, round(interval / float(np.median(np.diff(t)))))
     smooth = uniform_filter1d(v, width, axis=0, mode="nearest")

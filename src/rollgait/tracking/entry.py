@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
 
 from rollgait.errors import MissingExtraError, NotCertifiedError, UnknownNameError
 from rollgait.plan.plan import Plan
@@ -19,20 +18,20 @@ def track(
     rate: float = 200.0,
     *,
     force: bool = False,
-    waist: Literal["com", "base"] = "com",
+    waist: str = "com",
     whole_body: WholeBody | str | Path | None = None,
 ) -> JointTrajectory:
     """Joint angles, velocities and feed-forward torques that execute a plan.
 
-    Strict priorities: contact points / wheel rolling and foot orientation / waist / posture, under the limits of
-    joint positions and velocities (hierarchical inverse kinematics of the paper).
+    Strict priorities: contact points / wheel rolling and foot orientation / waist / posture, under the limits
+    of joint positions and velocities (hierarchical inverse kinematics of the paper).
 
     Args:
         plan: the plan. Its certificate must pass.
         rate: steps per second, Hz.
         force: track the plan even if its certificate fails.
-        waist: `com` holds the centre of mass at its plan; `base` the base link at a constant offset from it, as if
-            the legs had no mass: 20 to 26 mm off in the stepping motions.
+        waist: `com` holds the centre of mass at its plan; `base` the base link at a constant offset from it,
+            as if the legs had no mass: 20 to 26 mm off in the stepping motions.
         whole_body: the whole body, or the YAML file that describes it; the robot's own if not given.
 
     Returns:
@@ -67,4 +66,6 @@ def refuse_uncertified(plan: Plan) -> None:
     if plan.solved and not failures:
         return
     rows = ", ".join(row.name for row in failures) or "the solver did not converge"
-    raise NotCertifiedError(f"the plan is not certified ({rows}); executed, it may fall: --force tracks it anyway")
+    raise NotCertifiedError(
+        f"the plan is not certified ({rows}); executed, it may fall: --force tracks it anyway"
+    )
