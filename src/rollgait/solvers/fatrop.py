@@ -1,11 +1,12 @@
 """Fatrop through CasADi's nlpsol, with the NLP's own derivatives and structure.
 
-Fatrop wants the stages in order, x0 u0 x1 u1 …, and for each the rows that define the next state before the others;
-that is how the condensed transcription numbers them.
+Fatrop wants the stages in order, x0 u0 x1 u1 …, and for each the rows that define the next state before the
+others; that is how the condensed transcription numbers them.
 """
 
 from __future__ import annotations
 
+import logging
 from typing import Any
 
 import casadi as ca
@@ -13,10 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.errors import InputError
+from rollgait.solvers.fatrop_direct import DirectFatrop
+from rollgait.solvers.fatrop_library import InterfaceError
 from rollgait.solvers.interrupt import deferred_interrupt
 from rollgait.solvers.solution import Progress, Solution
 from rollgait.transcription.base import Structure, Transcribed
 from rollgait.transcription.nlp import Nlp
+
+log = logging.getLogger("rollgait")
 
 OPTIONS: dict[str, Any] = {
     "print_level": 0,
@@ -31,14 +36,21 @@ WARM_OPTIONS: dict[str, Any] = {"mu_init": 1e-2}
 """For a guess near the solution: the barrier starts low, or it would push the guess away from its bounds."""
 
 
-def make_solver(transcribed: Transcribed) -> Fatrop:
-    """Fatrop for a transcribed problem. Raises `InputError` if that has no stages."""
+def make_solver(transcribed: Transcribed) -> Fatrop | DirectFatrop:
+    """Fatrop for a transcribed problem: called directly, or by nlpsol if its library is not the expected one.
+
+    Raises:
+        InputError: the transcription has no stages.
+    """
     structure = transcribed.structure
     if structure is None:
-        raise InputError(
-            "solver", "fatrop", f"cannot solve the transcription {transcribed.name!r}", ["ipopt"]
-        )
-    return Fatrop(transcribed.nlp, structure)
+        rule = f"cannot solve the transcription {transcribed.name!r}"
+        raise InputError("solver", "fatrop", rule, ["ipopt"])
+    try:
+        return DirectFatrop(transcribed.nlp, structure, OPTIONS, WARM_OPTIONS)
+    except InterfaceError as error:
+        log.info("%s: calling it through CasADi, which is slower", error)
+        return Fatrop(transcribed.nlp, structure)
 
 
 class Fatrop:
@@ -74,7 +86,7 @@ class Fatrop:
         )
 
     def _derivatives(self) -> dict[str, ca.Function]:
-        """The derivatives in the form in which this plugin asks for them: the Hessian in full, with the gradient."""
+        """The derivatives as this plugin asks for them: the Hessian in full, with the gradient."""
         nlp, f = self.nlp, self.nlp.functions
         x, p = ca.MX.sym("x", nlp.size), ca.MX.sym("p", nlp.parameters.size)
         lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", nlp.rows)

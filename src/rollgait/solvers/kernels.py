@@ -1,8 +1,8 @@
 """Stage functions compiled to machine code: once, by whatever compiler is there, kept on disk.
 
-Everything that a kernel depends on is in its C text (mass, inertia, limits and the interval are parameters), so the
-text, the compiler and the flags are the key under which it is kept. Without a compiler, or without a place to write
-to, the uncompiled functions serve: slower, never wrong.
+Everything that a kernel depends on is in its C text (mass, inertia, limits and the interval are
+parameters), so the text, the compiler and the flags are the key under which it is kept. Without a
+compiler, or without a place to write to, the uncompiled functions serve: slower, never wrong.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@
 where y_bk picks its entries out of the vector of all variables. Derivatives are those of the stage functions,
 mapped over the repetitions and put in their places by index: nothing grows with the horizon but the arrays.
 
-Variables that a row fixes (the initial state, forces in swing, heights in stance) are constants here, rows that
-bound one variable are bounds, and rows without a variable are gone.
+Variables that a row fixes (the initial state, forces in swing, heights in stance) are constants here,
+rows that bound one variable are bounds, and rows without a variable are gone.
 """
 
 from __future__ import annotations
@@ -41,11 +41,14 @@ class StageFunction:
         options = {"cse": True}
         jacobian = ca.jacobian(stage.rows, y)
         lagrangian = lam_f * stage.cost + ca.dot(lam, stage.rows)
-        hessian = ca.triu(ca.hessian(lagrangian, y)[0])
+        full_hessian, lagrangian_gradient = ca.hessian(lagrangian, y)
+        hessian = ca.triu(full_hessian)
         self.value = ca.Function(f"{name}_value", [y, p], [stage.cost, stage.rows], options)
         self.gradient = ca.Function(f"{name}_gradient", [y, p], [ca.gradient(stage.cost, y)], options)
         self.jacobian = ca.Function(f"{name}_jacobian", [y, p], [_nonzeros(jacobian)], options)
-        self.hessian = ca.Function(f"{name}_hessian", [y, p, lam_f, lam], [_nonzeros(hessian)], options)
+        self.hessian = ca.Function(
+            f"{name}_hessian", [y, p, lam_f, lam], [_nonzeros(hessian), lagrangian_gradient], options
+        )
         costs = ca.vertcat(*stage.costs.values())
         self.costs = ca.Function(f"{name}_costs", [y, p], [costs], options)
         self.jacobian_rows, self.jacobian_cols = _pattern(jacobian)
@@ -72,7 +75,7 @@ class Block:
         function: its functions.
         variables: which variable of the whole problem each local one is, (n_y, count); −1 stands for zero.
         first: number of the first repetition on the mesh (for messages).
-        next_state: for each row the local variable of the next stage that it defines, −1 if it defines none, (n_rows,).
+        next_state: for each row the local variable of the next stage that it defines, −1 if none, (n_rows,).
     """
 
     stage: Stage
@@ -111,10 +114,10 @@ class Nlp:
         self._number_rows()
         self._make_patterns()
 
-    # -- presolve -----------------------------------------------------------------------------------------------
+    # -- presolve ----------------------------------------------------------------------------------------
 
     def _presolve(self, initial: Array) -> None:
-        """Rows of one free variable become bounds, variables with equal bounds constants, until none is left."""
+        """Rows of one free variable become bounds, variables with equal bounds constants, while there are any."""
         low, high = np.full(self.total, -np.inf), np.full(self.total, np.inf)
         low[: initial.size] = high[: initial.size] = initial
         self._kept = [block.stage.holds & _limits_something(block.stage) for block in self.blocks]
@@ -146,7 +149,7 @@ class Nlp:
         self._fixed_values = np.concatenate([self.constants[fixed_index], [0.0]])
 
     def _take_bounds(self, block: Block, keep: NDArray[np.bool_], low: Array, high: Array) -> bool:
-        """Turns rows with one free variable, in which they are linear, into bounds; whether there were any."""
+        """Turns rows that are linear in one free variable, their only one, into bounds; whether there were any."""
         f, free_entry = block.function, self._free_entries(block)
         entries, bent = np.zeros(keep.shape, dtype=int), np.zeros(keep.shape, dtype=bool)
         np.add.at(entries, f.jacobian_rows, free_entry)
@@ -171,7 +174,7 @@ class Nlp:
         return True
 
     def _free_entries(self, block: Block) -> NDArray[np.bool_]:
-        """Which entries of the rows' Jacobian belong to a free variable and are not always zero, (nnz, count)."""
+        """Which entries of the rows' Jacobian are of a free variable and not always zero, (nnz, count)."""
         f = block.function
         is_free = self._position[block.variables] < self.size
         slopes = _mapped(f.jacobian, block, self._local(block, np.zeros(self.size)))
@@ -192,7 +195,7 @@ class Nlp:
             self.contradictions.append((origin, float(excess[row, k])))
         keep &= has_free
 
-    # -- numbering ----------------------------------------------------------------------------------------------
+    # -- numbering ---------------------------------------------------------------------------------------
 
     def _number_rows(self) -> None:
         """Numbers the rows stage after stage; in each, those that define the next state come first."""
@@ -218,6 +221,19 @@ class Nlp:
     def kept(self, block: Block) -> NDArray[np.bool_]:
         """Which rows of a block are constraints of the problem, (n_rows, count)."""
         return self._kept[self.blocks.index(block)]
+
+    def row_numbers(self, block: Block) -> Index:
+        """Number of each row of a block among all constraints, −1 if it is none, (n_rows, count)."""
+        return self._row_number[self.blocks.index(block)]
+
+    def positions(self, block: Block) -> Index:
+        """Where each local variable of a block stands in [free variables; `fixed_values`], (n_y, count)."""
+        return self._position[block.variables]
+
+    @property
+    def fixed_values(self) -> Array:
+        """Values of the variables that are not free, and a zero for those that do not exist."""
+        return self._fixed_values
 
     def defines_next(self, block: Block) -> NDArray[np.bool_]:
         """Which rows of a block define a free variable of the next stage, (n_rows, count)."""
@@ -265,7 +281,7 @@ class Nlp:
                 result.append(RowOrigin(block.stage.labels[row], block.first + int(k)))
         return result
 
-    # -- values -------------------------------------------------------------------------------------------------
+    # -- values ------------------------------------------------------------------------------------------
 
     def _local(self, block: Block, w: Array) -> Array:
         return np.concatenate([w, self._fixed_values])[self._position[block.variables]]
@@ -291,7 +307,7 @@ class Nlp:
         beyond = np.maximum(self.lower - w, w - self.upper)
         return np.maximum(np.concatenate([excess, beyond]), 0.0)
 
-    # -- functions of the whole problem -------------------------------------------------------------------------
+    # -- functions of the whole problem ------------------------------------------------------------------
 
     @cached_property
     def parameters(self) -> Array:
@@ -302,7 +318,7 @@ class Nlp:
 
     @cached_property
     def functions(self) -> dict[str, ca.Function]:
-        """f, g and their derivatives as CasADi functions of (x, p), under the names that `nlpsol` gives them."""
+        """f, g and their derivatives as CasADi functions of (x, p), under the names that `nlpsol` uses."""
         x, p = ca.MX.sym("x", self.size), ca.MX.sym("p", self.parameters.size)
         lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.rows)
         fixed = self._fixed_values.size
@@ -323,9 +339,8 @@ class Nlp:
             gradient += ca.mtimes(self._gather(position), ca.vec(function.gradient.map(count)(y, parameters)))
             jacobian.append(ca.vec(function.jacobian.map(count)(y, parameters)))
             lam = ca.reshape(lam_padded[_indices(np.where(number < 0, self.rows, number))], -1, count)
-            hessian.append(
-                ca.vec(function.hessian.map(count)(y, parameters, ca.repmat(lam_f, 1, count), lam))
-            )
+            second, _ = function.hessian.map(count)(y, parameters, ca.repmat(lam_f, 1, count), lam)
+            hessian.append(ca.vec(second))
         g = ca.vertcat(*g_parts)
         jac_g = ca.MX(self.jacobian_sparsity, ca.vertcat(*jacobian)[_indices(self._jacobian_source)])
         hess = ca.MX(self.hessian_sparsity, ca.mtimes(self._hessian_sum, ca.vertcat(*hessian)))
