@@ -48,8 +48,8 @@ def plan(
     Args:
         scenario: a scenario, the name of one in the library, or the path of a YAML file.
         profile: `paper` or `executable`, in place of the scenario's own.
-        transcription: how the problem becomes a nonlinear program, one of `TRANSCRIPTION_NAMES`. Default: what
-            suits the solver, `condensed` for fatrop.
+        transcription: how the problem becomes a nonlinear program, one of `TRANSCRIPTION_NAMES`. Default:
+            `condensed`.
         solver: what solves that, one of `SOLVER_NAMES`. Default: what suits the transcription, `fatrop` for
             condensed, `ipopt` for collocation.
         terms: further costs and constraints of your own.
@@ -221,5 +221,6 @@ def _refuse_contradictions(nlp: Nlp, problem: Problem) -> None:
     at = origin.interval * problem.schedule.interval
     amount = f"{excess * origin.label.scale:.3g} {origin.label.unit}".rstrip()
     raise NotSolvedError(
-        f"no solution exists: {origin.label.describe()} contradicts the fixed values at t = {at:.2f} s by {amount}"
+        f"no solution exists: {origin.label.describe()} contradicts the fixed values "
+        f"at t = {at:.2f} s by {amount}"
     )

@@ -1,4 +1,4 @@
-"""Gauss-Legendre points and Lagrange polynomials on [0, 1]: the arithmetic under transcription and trajectory."""
+"""Gauss-Legendre points and Lagrange polynomials on [0, 1]: the base of transcriptions and trajectories."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def gauss_points(count: int) -> Array:
 
 
 def lagrange(support: Array, tau: Array) -> tuple[Array, Array]:
-    """Values and derivatives of the Lagrange polynomials on `support` (m,) at `tau` (n,): two arrays (n, m)."""
+    """Values and derivatives of the Lagrange polynomials on `support` (m,) at `tau` (n,): both (n, m)."""
     value = np.ones((tau.size, support.size))
     slope = np.zeros((tau.size, support.size))
     for j, sj in enumerate(support):

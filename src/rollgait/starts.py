@@ -1,4 +1,4 @@
-"""Initial guesses to start from: the kinematic one, its variants, an easier problem's solution, an earlier plan."""
+"""Initial guesses: the kinematic one, its variants, an easier problem's solution, an earlier plan."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SWAY_YAW = 0.1
 """rad, standard deviation of its detour in yaw."""
 
 EASIER = ("joint_steering", "reach", "acceleration", "touchdown_speed")
-"""Terms that the homotopy leaves out at first: those that the profile `executable` adds to what a robot can do."""
+"""Terms that the homotopy leaves out at first: what the profile `executable` adds to the robot's limits."""
 
 Solve = Callable[[Problem, Motion], Motion | None]
 """Solves a problem from a motion; the solution, or None."""

@@ -2,7 +2,7 @@
 
 Every foot has two planar inputs, called its motion:
 
-    steerable   (v, σ̇)     ṗ = v (cos σ, sin σ), in stance and in swing: rolling without lateral slip by construction
+    steerable   (v, σ̇)     ṗ = v (cos σ, sin σ), in stance and in swing: rolling without lateral slip
     fixed       (v, v⊥)    ṗ = Rz(σ) (v, v⊥), σ = θz + constant; v⊥ only in swing
     point       (ẋ, ẏ)     ṗ = (ẋ, ẏ), only in swing
 

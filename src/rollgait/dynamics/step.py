@@ -5,11 +5,11 @@ coordinate, as its rate needs no inertia. Over a step of length h with constant 
 
     r, ṙ      exact (r̈ is constant)
     p_i       2-point Gauss quadrature of the foot's velocity; its height exactly (a parabola)
-    L         exact in the mean lever arm of each foot, ∫ (r − p_i) dt / h × f_i, which the same quadrature gives
+    L         exact in the mean lever arm of each foot, ∫ (r − p_i) dt / h × f_i, by the same quadrature
     θ         explicit midpoint rule with the mean of L(t) over the step
 
-All functions take the module that does the arithmetic, `xp`: casadi for expressions, numpy for numbers. A vector is
-a list of its components, each an expression or an array over many steps at once.
+All functions take the module that does the arithmetic, `xp`: casadi for expressions, numpy for numbers. A
+vector is a list of its components, each an expression or an array over many steps at once.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class FootInput:
 
 @dataclass(frozen=True)
 class Figures:
-    """What a step knows of the robot: mass, inverse of I_B (rows of 3), foot kinds, headings of fixed wheels."""
+    """What a step knows of the robot: mass, I_B⁻¹ (rows of 3), foot kinds, headings of fixed wheels."""
 
     mass: Scalar
     inertia_inverse: Sequence[Vector]
@@ -148,7 +148,7 @@ def rotation(xp: Any, theta: Vector) -> list[list[Scalar]]:
 def _yaw_path(
     xp: Any, x: State, u: Sequence[FootInput], h: Scalar, robot: Figures, rate: Vector, theta_middle: Vector
 ) -> Any:
-    """Yaw at a fraction of the step, which fixed wheels need: quadratic, from the rates at begin and middle."""
+    """Yaw at a fraction of the step, for fixed wheels: quadratic, from the rates at begin and middle."""
     if "fixed" not in robot.kinds:
         return lambda c: x.theta[0]
     torque = [0.0, 0.0, 0.0]
@@ -173,9 +173,12 @@ def _velocity(
     return [cosine * first - sine * second, sine * first + cosine * second]
 
 
-def _moment(p: Vector, rates: Sequence[Vector], h: Scalar, of_p: float, weights: Sequence[float]) -> list[Scalar]:
+def _moment(
+    p: Vector, rates: Sequence[Vector], h: Scalar, of_p: float, weights: Sequence[float]
+) -> list[Scalar]:
     """of_p · p + h Σ weight_j ṗ_j."""
-    return [of_p * p[a] + h * sum(w * rate[a] for w, rate in zip(weights, rates, strict=True)) for a in range(3)]
+    weighted = list(zip(weights, rates, strict=True))
+    return [of_p * p[a] + h * sum(w * rate[a] for w, rate in weighted) for a in range(3)]
 
 
 def _middle(p: Vector, velocity: Vector, lift_rate: Vector, h: Scalar) -> list[Scalar]:

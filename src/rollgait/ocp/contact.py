@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 class StanceHeight(FootConstraint):
     """p_z = terrain and ṗz = 0 in stance: at every node that touches the ground, and at the height points.
 
-    On flat ground all of these fix single variables, so that they leave the problem instead of filling it with
-    rows of which some would be redundant (redundant rows break solvers).
+    On flat ground all of these fix single variables, so that they leave the problem instead of filling it
+    with rows of which some would be redundant (redundant rows break solvers).
     """
 
     name = "stance_height"
@@ -90,7 +90,7 @@ class Clearance(FootConstraint):
 class AboveGround(FootConstraint):
     """p_z ≥ terrain in swing, everywhere: a parabola stays above the ground if its three Bézier points do.
 
-    They are the height at both nodes and, between, the height at which the first tangent ends, p_z + h ṗz / 2.
+    They are the height at both nodes and, between, that at which the first tangent ends, p_z + h ṗz / 2.
     """
 
     name = "ground"

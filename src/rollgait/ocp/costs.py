@@ -110,8 +110,8 @@ class TerminalGoal(Cost):
 class Lift(Cost):
     """Σ (ṗz − ṗz_ref)² of the feet in swing, against a smooth lift (`lift.py`).
 
-    ṗz is linear in an interval, so its two height points say it all. The paper leaves it without a cost, and its
-    feet spike in the middle of the swing.
+    ṗz is linear in an interval, so its two height points say it all. The paper leaves it without a cost,
+    and its feet spike in the middle of the swing.
     """
 
     name = "lift"

@@ -1,8 +1,8 @@
 """The robot at one instant, as CasADi expressions: what the terms of the problem are written in.
 
-Frames: world unless the name says otherwise; the base-yaw frame has its origin at the CoM and is turned by the
-yaw only. SI units. The inputs (forces, motions, rates) do not exist at the very end of the horizon: there they
-are not-a-number, so that a term which reads them by mistake cannot go unnoticed.
+Frames: world unless the name says otherwise; the base-yaw frame has its origin at the CoM and is turned by
+the yaw only. SI units. The inputs (forces, motions, rates) do not exist at the very end of the horizon: there
+they are not-a-number, so that a term which reads them by mistake cannot go unnoticed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from rollgait.robot.robot import FootKind
 
 @dataclass(frozen=True)
 class Body:
-    """Figures of the robot and the ground that every instant knows, as symbols (one kernel serves every robot).
+    """Figures of the robot and the ground that every instant knows, as symbols: one kernel serves all robots.
 
     Attributes:
         mass: m, kg.
@@ -123,7 +123,7 @@ class Instant:
 
 @dataclass(frozen=True)
 class Inputs:
-    """Inputs of all feet: forces (3 each, N), motions (2 each), lift rates (2 each), as lists of expressions."""
+    """Inputs of all feet: lists of forces (3 each, N), motions (2 each), lift rates (2 each)."""
 
     force: Sequence[ca.SX]
     motion: Sequence[ca.SX]

@@ -1,7 +1,7 @@
 """The smooth lift of a foot in swing: the height that the profile `executable` follows.
 
-Each half of the swing is a minimum-jerk rise or descent, so that the foot leaves and meets the ground at rest and is
-at its full height at the node nearest to the middle, where the paper demands it.
+Each half of the swing is a minimum-jerk rise or descent, so that the foot leaves and meets the ground at
+rest and is at its full height at the node nearest to the middle, where the paper demands it.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Limits of the joints behind a steerable foot, in closed form (profile `executable`).
 
-With (X, Y) the contact point from the hip_yaw axis in the base-yaw frame, the leg's plane stands at the angle α with
-Rz(α) (direction √(X² + Y² − d²), d) = (X, Y), and hip_yaw = −α. The wheel's heading is σ − θz = −(hip_yaw + ankle_yaw).
-The base is taken as level: it tilts by less than a few degrees.
+With (X, Y) the contact point from the hip_yaw axis in the base-yaw frame, the leg's plane stands at the angle
+α with Rz(α) (direction √(X² + Y² − d²), d) = (X, Y), and hip_yaw = −α. The wheel's heading is
+σ − θz = −(hip_yaw + ankle_yaw). The base is taken as level: it tilts by less than a few degrees.
 """
 
 from __future__ import annotations

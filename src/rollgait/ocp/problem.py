@@ -84,7 +84,7 @@ def make_problem(scenario: Scenario, extra: Sequence[Term] = ()) -> Problem:
     """The problem of a scenario, with further terms of the user's.
 
     Raises:
-        InputError: the scenario contradicts itself, two terms have one name, or `bounds.without` names no term.
+        InputError: the scenario contradicts itself, a name is there twice, or `bounds.without` names no term.
     """
     scenario.check()
     terms = [*standard_terms(scenario), *extra]

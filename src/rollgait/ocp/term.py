@@ -1,8 +1,8 @@
 """What a cost and a constraint are.
 
-A term describes one instant; where it holds it says by `places` and `phase`, and the transcription does the rest.
-Numbers that a term needs (limits, weights, goals) are data: `data` returns them by name, and `expression` gets
-symbols of the same names. So a problem with other numbers needs no new derivatives.
+A term describes one instant; where it holds it says by `places` and `phase`, and the transcription does
+the rest. Numbers that a term needs (limits, weights, goals) are data: `data` returns them by name, and
+`expression` gets symbols of the same names. So a problem with other numbers needs no new derivatives.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ STATE = frozenset({Place.NODE, Place.POINTS, Place.TERMINAL})
 INPUT = frozenset({Place.NODE})
 """A constraint on inputs alone: they are constant in an interval, so once."""
 ENDS = frozenset({Place.NODE, Place.INTERVAL_END})
-"""A constraint on both: at the end, too, where the state belongs to the next interval but the input does not."""
+"""A constraint on both: at the end, too, where the state is of the next interval but the input is not."""
 END = frozenset({Place.TERMINAL})
 """At the end of the horizon."""
 
@@ -124,8 +124,8 @@ class FootConstraint(ABC):
 
     Attributes: as of `Constraint`, and
         phase: in which phase of the foot it holds.
-        curvature: its second derivative in time, in unit/s², that must be reckoned with between nodes: where a
-            transcription demands the constraint at nodes only, it is tightened by curvature · h² / 8.
+        curvature: its second derivative in time, in unit/s², that must be reckoned with between nodes: where
+            a transcription demands the constraint at nodes only, it is tightened by curvature · h² / 8.
     """
 
     name: ClassVar[str]

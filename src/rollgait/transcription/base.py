@@ -42,7 +42,7 @@ class Transcribed(Protocol):
 
     @property
     def structure(self) -> Structure | None:
-        """The stages, for solvers that exploit them; None if the variables are not those of explicit stages."""
+        """The stages, for solvers that exploit them; None if the variables are not those of stages."""
 
     def encode(self, motion: Motion) -> Array:
         """The free variables that come nearest to a motion."""

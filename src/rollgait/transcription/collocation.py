@@ -1,9 +1,10 @@
 """The paper's transcription: orthogonal collocation, lifted.
 
-The horizon is cut into N equal intervals. In each, the states other than the foot heights are 3rd-order polynomials
-with 3 Gauss-Legendre points and constant inputs u1; the foot heights are parabolas with 2 points and u2 = ṗz free at
-each of them. Intervals are independent; continuity is a constraint. At a collocation point the dynamics is written
-as a residual, in the polynomial's own derivatives, which is the same as θ̈ = f(x, u) and cheaper to differentiate.
+The horizon is cut into N equal intervals. In each, the states other than the foot heights are 3rd-order
+polynomials with 3 Gauss-Legendre points and constant inputs u1; the foot heights are parabolas with 2
+points and u2 = ṗz free at each of them. Intervals are independent; continuity is a constraint. At a
+collocation point the dynamics is written as a residual, in the polynomial's own derivatives, which is the
+same as θ̈ = f(x, u) and cheaper to differentiate.
 
 All values at supports are columns: support 0 is the node, the others are the collocation points.
 """
@@ -40,7 +41,7 @@ FEET = 4
 
 @dataclass(frozen=True)
 class Collocation:
-    """The transcribed problem, and the way from a guess to its variables and from its variables to a motion."""
+    """The transcribed problem, and the way from a guess to its variables and from them to a motion."""
 
     problem: Problem
     nlp: Nlp
@@ -80,12 +81,12 @@ def transcribe(problem: Problem, accelerate: Accelerate | None = None) -> Colloc
     return Collocation(problem, Nlp(blocks, total, initial=_start_values(problem, layout)))
 
 
-# -- variables ------------------------------------------------------------------------------------------------------
+# -- variables -------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class _Layouts:
-    """Order of the variables: `state` at one support; `node` = state + heights; `inner` = the rest of an interval."""
+    """Order of the variables: `state` at one support; `node` = state + heights; `inner` = the others."""
 
     state: Layout
     node: Layout
@@ -109,7 +110,7 @@ def _layout(robot: Robot) -> _Layouts:
     return _Layouts(state, node, inner, steerable)
 
 
-# -- stages ---------------------------------------------------------------------------------------------------------
+# -- stages ----------------------------------------------------------------------------------------------
 
 
 class _Interval:
@@ -257,7 +258,7 @@ def _add_continuity(builder: StageBuilder, interval: _Interval) -> None:
 
 
 def _unpack(layout: _Layouts, state: ca.SX) -> tuple[ca.SX, ca.SX, list[ca.SX], list[ca.SX]]:
-    """(base, base rate, contact points, headings) of a state; a foot that does not steer has no heading here."""
+    """(base, base rate, contact points, headings) of a state; only feet that steer have a heading here."""
     xy, sigma = state[layout.state["xy"]], state[layout.state["sigma"]]
     headings = [ca.SX(0)] * FEET
     for number, leg in enumerate(layout.steerable):
@@ -267,7 +268,7 @@ def _unpack(layout: _Layouts, state: ca.SX) -> tuple[ca.SX, ca.SX, list[ca.SX], 
 
 
 def _inputs(weight: ca.SX, force: ca.SX, motion: ca.SX, lift_rate: Sequence[ca.SX]) -> Inputs:
-    """Inputs from their variables; forces are solved for in units of the robot's weight, which halves iterations."""
+    """Inputs from their variables; forces are in units of the robot's weight, which halves iterations."""
     return Inputs(
         [weight * force[3 * i : 3 * i + 3] for i in range(FEET)],
         [motion[2 * i : 2 * i + 2] for i in range(FEET)],
@@ -275,7 +276,7 @@ def _inputs(weight: ca.SX, force: ca.SX, motion: ca.SX, lift_rate: Sequence[ca.S
     )
 
 
-# -- to and from numbers --------------------------------------------------------------------------------------------
+# -- to and from numbers ---------------------------------------------------------------------------------
 
 
 def _encode(problem: Problem, motion: Motion) -> Array:

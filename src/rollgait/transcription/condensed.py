@@ -1,12 +1,12 @@
 """A condensed transcription of the same problem: multiple shooting with one cheap step per interval.
 
-State (r, θ, ṙ, L, feet) with the angular momentum L in place of θ̇, inputs constant in an interval, x⁺ = F(x, u) by
-`dynamics.step`. Costs are integrated by the midpoint rule, constraints hold at nodes, tightened by what may happen
-between them. The inputs of the interval before are part of the state, as the cost of force changes and the bound of
-accelerations need them.
+State (r, θ, ṙ, L, feet) with the angular momentum L in place of θ̇, inputs constant in an interval,
+x⁺ = F(x, u) by `dynamics.step`. Costs are integrated by the midpoint rule, constraints hold at nodes,
+tightened by what may happen between them. The inputs of the interval before are part of the state, as the
+cost of force changes and the bound of accelerations need them.
 
-Variables of an interval: its node (state), then its inputs; at the end of the horizon a last node. That order, and
-rows that define the next node before the others, is what a structure-exploiting solver wants.
+Variables of an interval: its node (state), then its inputs; at the end of the horizon a last node. That
+order, and rows that define the next node before the others, is what a structure-exploiting solver wants.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ HEIGHT = gauss_legendre(len(POINTS))
 
 @dataclass(frozen=True)
 class Condensed:
-    """The transcribed problem, and the way from a guess to its variables and from its variables to a motion."""
+    """The transcribed problem, and the way from a guess to its variables and from them to a motion."""
 
     problem: Problem
     nlp: Nlp
@@ -101,12 +101,12 @@ def transcribe(problem: Problem, accelerate: Accelerate | None = None) -> Conden
     return Condensed(problem, Nlp(blocks, total, initial=_start_values(problem, layout)))
 
 
-# -- variables ------------------------------------------------------------------------------------------------------
+# -- variables -------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class _Layouts:
-    """Order of the variables: `node` is the state with the previous inputs at its end, `inputs` those of an interval.
+    """Order of the variables: `node` is the state, then the previous inputs; `inputs` those of an interval.
 
     Attributes:
         previous: which of the 8 planar inputs the next stage must know (σ̇ it need not).
@@ -142,7 +142,7 @@ def _layout(robot: Robot) -> _Layouts:
     return _Layouts(node, inputs, steerable, previous, sum(size for _, size in state))
 
 
-# -- stages ---------------------------------------------------------------------------------------------------------
+# -- stages ----------------------------------------------------------------------------------------------
 
 
 class _Scaled:
@@ -328,7 +328,7 @@ def _height_integrals(tau: float) -> Array:
     return np.array([(0.5 * tau - c2) * tau / (c1 - c2), (0.5 * tau - c1) * tau / (c2 - c1)])
 
 
-# -- to and from numbers --------------------------------------------------------------------------------------------
+# -- to and from numbers ---------------------------------------------------------------------------------
 
 
 def _encode(problem: Problem, motion: Motion) -> Array:

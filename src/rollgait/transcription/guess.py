@@ -1,8 +1,8 @@
 """The kinematic initial guess: a motion that does what is asked but for the physics.
 
-The base follows minimum-jerk paths from goal to goal, the feet keep their nominal places below it (stepping where
-they cannot roll), wheels point along their feet's paths, folded into ±90° of the base and no faster than they can
-steer, and the forces are those of standing on the feet that are down.
+The base follows minimum-jerk paths from goal to goal, the feet keep their nominal places below it
+(stepping where they cannot roll), wheels point along their feet's paths, folded into ±90° of the base and
+no faster than they can steer, and the forces are those of standing on the feet that are down.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class _Guess:
         self.heading = np.stack([self._heading_path(leg) for leg in range(4)], axis=1)
         self.heading_rate = np.gradient(self.heading, self.grid, axis=0)
 
-    # -- base ---------------------------------------------------------------------------------------------------
+    # -- base --------------------------------------------------------------------------------------------
 
     def _base_path(self, times: Array) -> tuple[Array, Array]:
         """(r, θ) and its rate at times, each (n, 6): minimum jerk to each goal in its span of time."""
@@ -82,7 +82,7 @@ class _Guess:
         c, s = np.cos(pose[:, 3]), np.sin(pose[:, 3])
         return pose[:, :2] + np.stack([c * p[0] - s * p[1], s * p[0] + c * p[1]], axis=-1)
 
-    # -- feet ---------------------------------------------------------------------------------------------------
+    # -- feet --------------------------------------------------------------------------------------------
 
     def _foot_path(self, leg: int) -> Array:
         """Contact point in the plane on the grid, (n, 2)."""
@@ -109,7 +109,7 @@ class _Guess:
         return result
 
     def _heading_path(self, leg: int) -> Array:
-        """σ on the grid, (n,): along the foot's path, folded to ±90° of the base, no faster than it can steer."""
+        """σ on the grid, (n,): along the foot's path, within ±90° of the base, as fast as it can steer."""
         data, scenario = self.problem.robot.leg_list[leg], self.problem.scenario
         yaw = self.base[:, 3]
         if data.foot != "steerable":
@@ -130,7 +130,7 @@ class _Guess:
             path[k] = angle
         return path + yaw
 
-    # -- samples ------------------------------------------------------------------------------------------------
+    # -- samples -----------------------------------------------------------------------------------------
 
     def __call__(self, times: Array) -> Samples:
         problem = self.problem

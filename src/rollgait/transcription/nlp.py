@@ -117,7 +117,7 @@ class Nlp:
     # -- presolve ----------------------------------------------------------------------------------------
 
     def _presolve(self, initial: Array) -> None:
-        """Rows of one free variable become bounds, variables with equal bounds constants, while there are any."""
+        """Rows of one free variable become bounds, variables with equal bounds constants, until none is."""
         low, high = np.full(self.total, -np.inf), np.full(self.total, np.inf)
         low[: initial.size] = high[: initial.size] = initial
         self._kept = [block.stage.holds & _limits_something(block.stage) for block in self.blocks]
@@ -149,7 +149,7 @@ class Nlp:
         self._fixed_values = np.concatenate([self.constants[fixed_index], [0.0]])
 
     def _take_bounds(self, block: Block, keep: NDArray[np.bool_], low: Array, high: Array) -> bool:
-        """Turns rows that are linear in one free variable, their only one, into bounds; whether there were any."""
+        """Turns rows with one free variable, if linear in it, into bounds; whether there were any."""
         f, free_entry = block.function, self._free_entries(block)
         entries, bent = np.zeros(keep.shape, dtype=int), np.zeros(keep.shape, dtype=bool)
         np.add.at(entries, f.jacobian_rows, free_entry)

@@ -1,7 +1,8 @@
 """One stage of the horizon as a function of its own variables, written once and repeated over the horizon.
 
-`StageBuilder` is where the terms of a problem meet the instants of a transcription: it evaluates each term at each
-of its places, collects the rows with their limits, and turns the terms' data into parameters.
+`StageBuilder` is where the terms of a problem meet the instants of a transcription: it evaluates each
+term at each of its places, collects the rows with their limits, and turns the terms' data into
+parameters.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RowLabel:
-    """What a row of a stage means: its term, the leg (None for the whole robot), and the place in the stage."""
+    """What a row of a stage means: its term, the leg (None for the whole robot), the place in the stage."""
 
     term: str
     leg: int | None = None
@@ -94,7 +95,7 @@ class StageBuilder:
         self._labels: list[RowLabel] = []
         self.body = self._make_body()
 
-    # -- data ---------------------------------------------------------------------------------------------------
+    # -- data --------------------------------------------------------------------------------------------
 
     def symbol(self, name: str, value: ArrayLike) -> ca.SX:
         """A parameter: a column of symbols with the values (n,) for all stages or (n, N) stage by stage."""
@@ -129,7 +130,7 @@ class StageBuilder:
             ground=self.symbol("ground", [scenario.ground.height] * 4),
         )
 
-    # -- terms --------------------------------------------------------------------------------------------------
+    # -- terms -------------------------------------------------------------------------------------------
 
     def add_rows(
         self, expression: ca.SX, label: RowLabel, limits: Limits = (0.0, 0.0), holds: Mask | None = None
@@ -209,7 +210,7 @@ class StageBuilder:
     def _mask(self, holds: Mask) -> Mask:
         return holds[-1:] if self.count == 1 else holds
 
-    # -- result -------------------------------------------------------------------------------------------------
+    # -- result ------------------------------------------------------------------------------------------
 
     def finish(self, y: ca.SX) -> Stage:
         """The stage as a function of its local variables `y`."""
