@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rollgait.ocp.problem import Problem, make_problem
 from rollgait.robot.library import find_robot
 from rollgait.scenario.scenario import Scenario
-from rollgait.transcription.collocation import Collocation
+from rollgait.transcription.base import Transcribed
 from rollgait.transcription.guess import kinematic_guess
 
 Array = NDArray[np.float64]
@@ -31,7 +31,7 @@ def small_problem(kind: str = "steerable", robot: str = "centauro-2020", **value
     return make_problem(Scenario.from_dict(data | values))
 
 
-def about_the_guess(transcribed: Collocation, seed: int = 0, size: float = 0.1) -> Array:
+def about_the_guess(transcribed: Transcribed, seed: int = 0, size: float = 0.1) -> Array:
     """Free variables near the guess, within their bounds, that obey nothing else."""
     guess = transcribed.encode(kinematic_guess(transcribed.problem))
     w = guess + np.random.default_rng(seed).uniform(-size, size, guess.shape)

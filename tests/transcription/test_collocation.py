@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from rollgait.plan.trajectory import CollocationTrajectory
 from rollgait.transcription.collocation import Collocation, transcribe
 from rollgait.transcription.guess import kinematic_guess
 from tests.transcription.problems import KINDS, about_the_guess, small_problem
@@ -43,3 +44,22 @@ def test_a_motion_keeps_its_values_at_the_collocation_points(transcribed: Colloc
     np.testing.assert_allclose(
         trajectory.sample(middles, problem.robot).force, guess(middles).force, atol=1e-9
     )
+
+
+def test_touchdown_speed_is_that_at_the_end_of_the_swing() -> None:
+    """Read from the row that bounds it; the heights are in disorder, so that no other instant has this speed."""
+    transcribed = transcribe(small_problem())
+    nlp, w = transcribed.nlp, about_the_guess(transcribed)
+    g = np.asarray(nlp.functions["nlp_g"](w, nlp.parameters)).ravel()
+    ((interval, row),) = [
+        (origin.interval, value)
+        for origin, value in zip(nlp.origins, g, strict=True)
+        if origin.label.term == "touchdown_speed"
+    ]
+    h = transcribed.problem.schedule.interval
+    landing = transcribed.decode(w)
+    assert isinstance(landing, CollocationTrajectory)
+    # the row reads the heights of the interval: the slope at τ = 1 of the parabola through them
+    support = np.concatenate([[0.0], 0.5 + 0.5 * np.array([-1.0, 1.0]) / np.sqrt(3.0)])
+    parabola = np.polyfit(support, landing.foot_z[interval, :, 2], 2)
+    assert row == pytest.approx(np.polyval(np.polyder(parabola), 1.0) / h)

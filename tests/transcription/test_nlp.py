@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -10,7 +12,10 @@ from numpy.typing import NDArray
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.problem import make_problem
 from rollgait.ocp.term import INPUT, Constraint, Data, FootConstraint, Limits, Mask, Place
-from rollgait.transcription.collocation import Collocation, transcribe
+from rollgait.transcription import TRANSCRIPTION_NAMES
+from rollgait.transcription import transcribe as transcribe_by
+from rollgait.transcription.base import Transcribed
+from rollgait.transcription.collocation import transcribe
 from rollgait.transcription.nlp import Nlp
 from tests.transcription.problems import KINDS, about_the_guess, small_problem
 
@@ -20,9 +25,10 @@ STEP = 1e-5
 """Of central differences, in the scaling of the solver."""
 
 
-@pytest.fixture(scope="module", params=KINDS)
-def transcribed(request: pytest.FixtureRequest) -> Collocation:
-    return transcribe(small_problem(request.param))
+@pytest.fixture(scope="module", params=product(TRANSCRIPTION_NAMES, KINDS), ids="-".join)
+def transcribed(request: pytest.FixtureRequest) -> Transcribed:
+    name, kind = request.param
+    return transcribe_by(name, small_problem(kind))
 
 
 def values(nlp: Nlp, name: str, *arguments: object) -> list[Array]:
@@ -44,7 +50,7 @@ def assert_close(exact: Array, difference: Array) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_gradient_against_finite_differences(transcribed: Collocation, seed: int) -> None:
+def test_gradient_against_finite_differences(transcribed: Transcribed, seed: int) -> None:
     nlp, w = transcribed.nlp, about_the_guess(transcribed, seed)
     d = direction(nlp, seed)
     (after,), (before,) = (values(nlp, "nlp_f", w + sign * STEP * d, nlp.parameters) for sign in (1, -1))
@@ -54,7 +60,7 @@ def test_gradient_against_finite_differences(transcribed: Collocation, seed: int
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_jacobian_against_finite_differences(transcribed: Collocation, seed: int) -> None:
+def test_jacobian_against_finite_differences(transcribed: Transcribed, seed: int) -> None:
     nlp, w = transcribed.nlp, about_the_guess(transcribed, seed)
     d = direction(nlp, seed)
     (after,), (before,) = (values(nlp, "nlp_g", w + sign * STEP * d, nlp.parameters) for sign in (1, -1))
@@ -65,7 +71,7 @@ def test_jacobian_against_finite_differences(transcribed: Collocation, seed: int
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_hessian_of_the_lagrangian_against_finite_differences(transcribed: Collocation, seed: int) -> None:
+def test_hessian_of_the_lagrangian_against_finite_differences(transcribed: Transcribed, seed: int) -> None:
     nlp, w = transcribed.nlp, about_the_guess(transcribed, seed)
     d, lam_f = direction(nlp, seed), 0.7
     lam_g = np.random.default_rng(seed).normal(size=nlp.rows)
@@ -82,7 +88,7 @@ def test_hessian_of_the_lagrangian_against_finite_differences(transcribed: Collo
     assert_close(hessian @ d, difference)
 
 
-def test_cost_is_the_sum_of_the_terms(transcribed: Collocation) -> None:
+def test_cost_is_the_sum_of_the_terms(transcribed: Transcribed) -> None:
     nlp, w = transcribed.nlp, about_the_guess(transcribed)
     costs = nlp.costs(w)
     assert set(costs) == {cost.name for cost in transcribed.problem.costs}
@@ -111,7 +117,7 @@ def significant(violations: Array) -> Array:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_reduced_problem_says_what_the_unreduced_one_says(transcribed: Collocation, seed: int) -> None:
+def test_reduced_problem_says_what_the_unreduced_one_says(transcribed: Transcribed, seed: int) -> None:
     """Within the bounds the rows that are left are violated just as those of all terms are."""
     nlp, w = transcribed.nlp, about_the_guess(transcribed, seed)
     (g,) = values(nlp, "nlp_g", w, nlp.parameters)
@@ -120,7 +126,7 @@ def test_reduced_problem_says_what_the_unreduced_one_says(transcribed: Collocati
     np.testing.assert_allclose(unreduced_violations(nlp, w), reduced, rtol=1e-6)
 
 
-def test_what_violates_a_bound_violates_a_row(transcribed: Collocation) -> None:
+def test_what_violates_a_bound_violates_a_row(transcribed: Transcribed) -> None:
     nlp, w = transcribed.nlp, about_the_guess(transcribed)
     bounded = np.flatnonzero(np.isfinite(nlp.upper))
     assert bounded.size > 0
@@ -130,8 +136,10 @@ def test_what_violates_a_bound_violates_a_row(transcribed: Collocation) -> None:
         assert unreduced_violations(nlp, beyond)[-1] > 1e3 > unreduced_violations(nlp, w)[-1]
 
 
-def test_what_is_known_is_no_variable(transcribed: Collocation) -> None:
-    problem = transcribed.problem
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_is_known_is_no_variable(kind: str) -> None:
+    problem = small_problem(kind)
+    transcribed = transcribe(problem)
     trajectory = transcribed.decode(about_the_guess(transcribed))
     np.testing.assert_array_equal(trajectory.base[0, 0], problem.start.base)
     np.testing.assert_array_equal(trajectory.base_rate[0, 0], problem.start.base_rate)
@@ -141,7 +149,7 @@ def test_what_is_known_is_no_variable(transcribed: Collocation) -> None:
     np.testing.assert_allclose(np.moveaxis(trajectory.foot_z, 1, 2)[~in_air], 0.0, atol=1e-12)
 
 
-def test_every_row_that_is_left_has_a_free_variable(transcribed: Collocation) -> None:
+def test_every_row_that_is_left_has_a_free_variable(transcribed: Transcribed) -> None:
     rows = transcribed.nlp.jacobian_sparsity.get_triplet()[0]
     assert np.unique(rows).size == transcribed.nlp.rows == len(transcribed.nlp.origins)
     assert not transcribed.nlp.contradictions
@@ -203,7 +211,7 @@ def test_a_row_that_vanishes_in_some_intervals_bounds_nothing_there() -> None:
     assert [excess(3, x) for x in (-9.0, 9.0)] == pytest.approx([9.0 - 0.01, 0.0]), "slope −2"
 
 
-def _with_x(transcribed: Collocation, w: Array, interval: int, x: float) -> Array:
+def _with_x(transcribed: Transcribed, w: Array, interval: int, x: float) -> Array:
     """The free variables with the CoM's x at a node changed: the one in which `decode` then differs."""
     reference = transcribed.decode(w).base[interval, 0, 0]
     for i in np.flatnonzero(np.isclose(w, reference, atol=1e-12)):
