@@ -47,7 +47,7 @@ def test_a_motion_keeps_its_values_at_the_collocation_points(transcribed: Colloc
 
 
 def test_touchdown_speed_is_that_at_the_end_of_the_swing() -> None:
-    """Read from the row that bounds it; the heights are in disorder, so that no other instant has this speed."""
+    """Read from the row that bounds it; heights are in disorder, so that no other instant has this speed."""
     transcribed = transcribe(small_problem())
     nlp, w = transcribed.nlp, about_the_guess(transcribed)
     g = np.asarray(nlp.functions["nlp_g"](w, nlp.parameters)).ravel()
