@@ -176,16 +176,16 @@ class DirectFatrop:
         )
 
     def _guarded(self, evaluate: Callable[[], Any], otherwise: Any) -> Any:
-        """An exception cannot pass through foreign code: it is kept, and the solver is starved with not-a-number."""
-        if self._error is None and self._stop():
-            self._error = KeyboardInterrupt()
-        if self._error is not None:
-            return otherwise
+        """An exception cannot pass through foreign code: it is kept, and the solver is made to give up."""
         try:
-            return evaluate()
+            if self._error is None:
+                if self._stop():
+                    raise KeyboardInterrupt
+                return evaluate()
         except BaseException as error:
             self._error = error
-            return otherwise
+            self._library.fatrop_ocp_c_set_option_int(self._solver, b"max_iter", 0)
+        return otherwise
 
     def _from_primal(self, x: Any) -> Array:
         w = np.empty(self.nlp.size)
