@@ -116,7 +116,7 @@ class _Ready:
             method.transcription, problem, compiled if method.kernels else None
         )
         _refuse_contradictions(self.transcribed.nlp, problem)
-        self.solver: Solver = make_solver(method.solver, self.transcribed)
+        self.solver: Solver = make_solver(method.solver, self.transcribed, method.kernels)
 
 
 @dataclass(frozen=True)

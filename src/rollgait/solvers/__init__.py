@@ -27,8 +27,8 @@ class Solver(Protocol):
         """The solution from a guess of the free variables; `warm` says that the guess is near a solution."""
 
 
-def make_solver(name: str, transcribed: Transcribed) -> Solver:
-    """The solver of this name, ready for a problem.
+def make_solver(name: str, transcribed: Transcribed, kernels: bool = True) -> Solver:
+    """The solver of this name, ready for a problem; with `kernels` it may compile what it needs.
 
     Raises:
         UnknownNameError: there is no such solver.
@@ -36,7 +36,7 @@ def make_solver(name: str, transcribed: Transcribed) -> Solver:
     """
     if name not in SOLVER_NAMES:
         raise UnknownNameError("solver", name, SOLVER_NAMES)
-    solver: Solver = import_module(f"rollgait.solvers.{name}").make_solver(transcribed)
+    solver: Solver = import_module(f"rollgait.solvers.{name}").make_solver(transcribed, kernels)
     return solver
 
 

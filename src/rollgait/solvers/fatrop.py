@@ -17,6 +17,7 @@ from rollgait.errors import InputError
 from rollgait.solvers.fatrop_direct import DirectFatrop
 from rollgait.solvers.fatrop_library import InterfaceError
 from rollgait.solvers.interrupt import deferred_interrupt
+from rollgait.solvers.linear_algebra import use_fast_products
 from rollgait.solvers.solution import Progress, Solution
 from rollgait.transcription.base import Structure, Transcribed
 from rollgait.transcription.nlp import Nlp
@@ -36,7 +37,7 @@ WARM_OPTIONS: dict[str, Any] = {"mu_init": 1e-2}
 """For a guess near the solution: the barrier starts low, or it would push the guess away from its bounds."""
 
 
-def make_solver(transcribed: Transcribed) -> Fatrop | DirectFatrop:
+def make_solver(transcribed: Transcribed, kernels: bool = True) -> Fatrop | DirectFatrop:
     """Fatrop for a transcribed problem: called directly, or by nlpsol if its library is not the expected one.
 
     Raises:
@@ -46,6 +47,8 @@ def make_solver(transcribed: Transcribed) -> Fatrop | DirectFatrop:
     if structure is None:
         rule = f"cannot solve the transcription {transcribed.name!r}"
         raise InputError("solver", "fatrop", rule, ["ipopt"])
+    if kernels:
+        use_fast_products()
     try:
         return DirectFatrop(transcribed.nlp, structure, OPTIONS, WARM_OPTIONS)
     except InterfaceError as error:

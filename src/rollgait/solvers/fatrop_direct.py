@@ -49,6 +49,7 @@ class DirectFatrop:
         self._rows = _Rows(nlp, structure)
         self._stages = [_StageEvaluation(nlp, block) for block in nlp.blocks]
         self._guess = np.zeros(nlp.size)
+        self._known: tuple[Array, float, Array] = (np.empty(0), 0.0, np.empty(0))
         self._progress: Progress | None = None
         self._stop: Callable[[], bool] = lambda: False
         self._error: BaseException | None = None
@@ -103,18 +104,21 @@ class DirectFatrop:
     # -- values -----------------------------------------------------------------------------------------
 
     def _values(self, w: Array) -> tuple[float, Array]:
-        """Cost and constraints at the free variables."""
-        cost, g = 0.0, np.empty(self.nlp.rows)
-        for stage in self._stages:
-            value, rows = stage.value(w)
-            cost += float(value.sum())
-            g[stage.row_number] = rows[stage.row_source]
-        return cost, g
+        """Cost and constraints at the free variables; fatrop asks for both, and again with the Jacobian."""
+        if not np.array_equal(w, self._known[0]):
+            cost, g = 0.0, np.empty(self.nlp.rows)
+            for stage in self._stages:
+                value, rows = stage.value(w)
+                cost += float(value.sum())
+                g[stage.row_number] = rows[stage.row_source]
+            self._known = (w, cost, g)
+        return self._known[1:]
 
     def _gradient(self, w: Array) -> Array:
         total = np.zeros(self.nlp.size)
         for stage in self._stages:
-            np.add.at(total, stage.variable_number, stage.gradient(w)[stage.variable_source])
+            parts = stage.gradient(w)[stage.variable_source]
+            total += np.bincount(stage.variable_number, parts, minlength=self.nlp.size)
         return total
 
     # -- callbacks --------------------------------------------------------------------------------------

@@ -34,7 +34,7 @@ WARM_OPTIONS: dict[str, Any] = {"ipopt.mu_init": 1e-3, "ipopt.mu_strategy": "mon
 """For a guess near the solution: the barrier starts low, or it would push the guess away from its bounds."""
 
 
-def make_solver(transcribed: Transcribed) -> Ipopt:
+def make_solver(transcribed: Transcribed, kernels: bool = True) -> Ipopt:
     """IPOPT for a transcribed problem."""
     return Ipopt(transcribed.nlp)
 

@@ -27,6 +27,7 @@ CACHE_VARIABLE = "ROLLGAIT_CACHE"
 COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-O1", "-fPIC", "-shared")
 """-O2 takes twice as long to compile and gains nothing that shows."""
+FOR_THIS_PROCESSOR = "-march=native"
 COMPILE_TIMEOUT = 300.0
 """s after which the compiler is given up."""
 
@@ -72,18 +73,11 @@ def clear_cache() -> int:
 
 def compiled(functions: Sequence[ca.Function]) -> list[ca.Function] | None:
     """The same functions as machine code, or None where that cannot be had (which is logged in one line)."""
-    folder, compiler = cache_folder(), _compiler()
-    if folder is None:
-        return None
-    if compiler is None:
-        log.info("no C compiler found: planning without compiled kernels")
-        return None
     generator = ca.CodeGenerator("kernel.c")
     for function in functions:
         generator.add(function)
-    text = generator.dump()
-    library = folder / f"{_key(text, compiler)}.so"
-    if not _is_sound(library) and not _build(text, compiler, library):
+    library = machine_code(generator.dump(), FLAGS)
+    if library is None:
         return None
     try:
         return [ca.external(function.name(), str(library)) for function in functions]
@@ -92,23 +86,37 @@ def compiled(functions: Sequence[ca.Function]) -> list[ca.Function] | None:
         return None
 
 
+def machine_code(text: str, flags: Sequence[str]) -> Path | None:
+    """A shared library made from C text: from the cache, or built now; None where that cannot be had (logged)."""
+    folder, compiler = cache_folder(), _compiler()
+    if folder is None:
+        return None
+    if compiler is None:
+        log.info("no C compiler found: planning without compiled kernels")
+        return None
+    library = folder / f"{_key(text, compiler, flags)}.so"
+    return library if _is_sound(library) or _build(text, compiler, flags, library) else None
+
+
 def _compiler() -> str | None:
     asked = os.environ.get("CC")
     return next((found for name in ([asked] if asked else COMPILERS) if (found := shutil.which(name))), None)
 
 
-def _key(text: str, compiler: str) -> str:
+def _key(text: str, compiler: str, flags: Sequence[str]) -> str:
     stat = Path(compiler).resolve().stat()
-    parts = (
-        text,
-        compiler,
-        str(stat.st_size),
-        str(stat.st_mtime_ns),
-        *FLAGS,
-        ca.__version__,
-        platform.machine(),
-    )
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
+    made_by = (compiler, str(stat.st_size), str(stat.st_mtime_ns), *flags, ca.__version__)
+    made_for = (platform.machine(), _processor() if FOR_THIS_PROCESSOR in flags else "")
+    return hashlib.sha256("\0".join((text, *made_by, *made_for)).encode()).hexdigest()[:32]
+
+
+def _processor() -> str:
+    """What this processor can do: a home directory may be shared by machines that differ."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="ascii", errors="replace").splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line for line in lines if line.startswith(("flags", "Features"))), platform.processor())
 
 
 def _digest_file(library: Path) -> Path:
@@ -127,7 +135,7 @@ def _is_sound(library: Path) -> bool:
         return False
 
 
-def _build(text: str, compiler: str, library: Path) -> bool:
+def _build(text: str, compiler: str, flags: Sequence[str], library: Path) -> bool:
     """Compiles and puts the library in its place; two processes may do so at once."""
     try:
         library.parent.mkdir(parents=True, exist_ok=True)
@@ -136,7 +144,7 @@ def _build(text: str, compiler: str, library: Path) -> bool:
             source.write_text(text, encoding="utf-8")
             log.info("compiling kernels (once for this kind of problem)")
             subprocess.run(
-                [compiler, *FLAGS, str(source), "-o", str(target), "-lm"],
+                [compiler, *flags, str(source), "-o", str(target), "-lm"],
                 check=True,
                 capture_output=True,
                 timeout=COMPILE_TIMEOUT,
