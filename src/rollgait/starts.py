@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -53,7 +54,7 @@ def starts(problem: Problem, solve: Solve, warm_start: Plan | None, seed: int) -
         number += 1
         generator = np.random.default_rng([seed, number])
         detour = np.concatenate([generator.normal(0.0, SWAY, 2), generator.normal(0.0, SWAY_YAW, 1)])
-        yield Start(f"detour {number}", lambda d=detour: kinematic_guess(problem, detour=d))
+        yield Start(f"detour {number}", partial(kinematic_guess, problem, detour=detour))
 
 
 def from_plan(problem: Problem, plan: Plan) -> Motion:

@@ -49,5 +49,5 @@ def euler_axes_rate(theta: ca.SX, dtheta: ca.SX) -> ca.SX:
     return ca.horzcat(ca.DM.zeros(3), ca.cross(omega_yaw, axis_pitch), ca.cross(omega_yaw_pitch, axis_roll))
 
 
-def _rows(*rows: tuple[ca.SX, ca.SX, ca.SX]) -> ca.SX:
+def _rows(*rows: tuple[ca.SX | int, ca.SX | int, ca.SX | int]) -> ca.SX:
     return ca.vertcat(*(ca.horzcat(*row) for row in rows))

@@ -39,7 +39,7 @@ class WheelsRestAtEnd(FootConstraint):
 
     def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
         count = problem.schedule.intervals
-        return np.arange(count) == count - 1
+        return np.asarray(np.arange(count) == count - 1)
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         return foot.speed

@@ -30,12 +30,13 @@ class StanceHeight(FootConstraint):
     def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
         schedule = problem.schedule
         if place is Place.NODE:
-            return schedule.node_contact[leg, :-1]
-        return schedule.contact[leg]
+            return np.asarray(schedule.node_contact[leg, :-1])
+        return np.asarray(schedule.contact[leg])
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
-        at_height_point = foot.height_point is not None
-        return ca.vertcat(foot.height, foot.lift_rate[foot.height_point]) if at_height_point else foot.height
+        if foot.height_point is None:
+            return foot.height
+        return ca.vertcat(foot.height, foot.lift_rate[foot.height_point])
 
 
 class StanceMotion(FootConstraint):

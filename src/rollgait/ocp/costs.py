@@ -37,7 +37,8 @@ class Goal(Cost):
         return {"pose": problem.goals}
 
     def expression(self, x: Instant, d: Data) -> ca.SX:
-        return ca.sumsqr(ca.vertcat(x.r, x.theta) - d.pose)
+        square: ca.SX = ca.sumsqr(ca.vertcat(x.r, x.theta) - d.pose)
+        return square
 
 
 class ForceChange(Cost):
@@ -51,7 +52,8 @@ class ForceChange(Cost):
 
     def expression(self, x: Instant, d: Data) -> ca.SX:
         change = ca.vertcat(*(foot.force - foot.previous_force for foot in x.feet))
-        return d.has_previous * FORCE_INTERVAL_REF**2 * ca.sumsqr(change / x.body.interval)
+        square: ca.SX = d.has_previous * FORCE_INTERVAL_REF**2 * ca.sumsqr(change / x.body.interval)
+        return square
 
 
 class Feet(Cost):
@@ -104,7 +106,8 @@ class TerminalGoal(Cost):
         return {"pose": problem.goals}
 
     def expression(self, x: Instant, d: Data) -> ca.SX:
-        return ca.sumsqr(x.r[:2] - d.pose[:2]) + (x.theta[0] - d.pose[3]) ** 2
+        square: ca.SX = ca.sumsqr(x.r[:2] - d.pose[:2]) + (x.theta[0] - d.pose[3]) ** 2
+        return square
 
 
 class Lift(Cost):

@@ -44,7 +44,8 @@ class Friction(FootConstraint):
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         tangential, normal = foot.force_contact[:2], foot.force_contact[2]
-        return ca.vertcat(d.mu * normal - tangential, d.mu * normal + tangential)
+        room: ca.SX = ca.vertcat(d.mu * normal - tangential, d.mu * normal + tangential)
+        return room
 
 
 class ForceLimits(FootConstraint):

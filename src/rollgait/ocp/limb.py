@@ -59,7 +59,8 @@ class JointSteering(FootConstraint):
         extension = d.direction * ca.sqrt(0.5 * (square + ca.sqrt(square**2 + _SQUARE_MIN**2)))
         alpha = ca.atan2(extension * Y - d.offset * X, extension * X + d.offset * Y)
         hip_yaw = -alpha
-        return ca.vertcat(hip_yaw, -foot.steering - hip_yaw)
+        angles: ca.SX = ca.vertcat(hip_yaw, -foot.steering - hip_yaw)
+        return angles
 
 
 class Reach(FootConstraint):
@@ -85,7 +86,8 @@ class Reach(FootConstraint):
         from_hip = foot.p_body - d.hip
         rho_square = ca.sumsqr(from_hip[:2])
         v = -(from_hip[2] + d.ankle_height)
-        return ca.vertcat(rho_square - d.offset**2 + v**2, rho_square)
+        squares: ca.SX = ca.vertcat(rho_square - d.offset**2 + v**2, rho_square)
+        return squares
 
 
 def _known(limb: Limb | None) -> Limb:

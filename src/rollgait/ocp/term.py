@@ -153,7 +153,7 @@ class FootConstraint(ABC):
         stance = problem.schedule.contact[leg]
         if self.phase is Phase.ALWAYS:
             return np.ones_like(stance)
-        return stance if self.phase is Phase.STANCE else ~stance
+        return np.asarray(stance if self.phase is Phase.STANCE else ~stance)
 
     @abstractmethod
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:

@@ -51,7 +51,7 @@ class CondensedTrajectory(Trajectory):
         tau = times / h - k
         figures = Figures(
             mass=robot.mass,
-            inertia_inverse=np.linalg.inv(robot.inertia_matrix),
+            inertia_inverse=list(np.linalg.inv(robot.inertia_matrix)),
             kinds=[leg.foot for leg in robot.leg_list],
             heading_offset=[leg.heading for leg in robot.leg_list],
         )
@@ -102,7 +102,7 @@ class CondensedTrajectory(Trajectory):
 
     @property
     def horizon(self) -> float:
-        return float(self.interval) * self.r.shape[0]
+        return float(self.interval * self.r.shape[0])
 
     @classmethod
     def layout(cls, count: int) -> dict[str, tuple[str, tuple[int, ...]]]:

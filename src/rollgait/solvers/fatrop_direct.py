@@ -425,10 +425,11 @@ class _Buffered:
         self._outputs = [np.zeros(max(1, function.nnz_out(i))) for i in range(function.n_out())]
         self._sizes = [function.nnz_out(i) for i in range(function.n_out())]
         self._buffer, self._evaluate = function.buffer()
+        buffer: Any = self._buffer  # (its stub asks for sizes)
         for i, array in enumerate(inputs):
-            self._buffer.set_arg(i, memoryview(array))
+            buffer.set_arg(i, array.data)
         for i, array in enumerate(self._outputs):
-            self._buffer.set_res(i, memoryview(array))
+            buffer.set_res(i, array.data)
 
     def __call__(self) -> list[Array]:
         self._evaluate()
@@ -550,7 +551,8 @@ class _Memory:
     def index(self, stage: Index, row: Index, column: Index) -> Index:
         """Where an element of a stage's matrix stands in `data`."""
         panel, inside = row // c.PANEL, row % c.PANEL
-        return self._offset[stage] + panel * c.PANEL * self._width[stage] + column * c.PANEL + inside
+        place = self._offset[stage] + panel * c.PANEL * self._width[stage] + column * c.PANEL + inside
+        return np.asarray(place)
 
     def clear(self) -> None:
         """Sets all elements to zero."""

@@ -105,7 +105,7 @@ def _compiler() -> str | None:
 
 def _key(text: str, compiler: str, flags: Sequence[str]) -> str:
     stat = Path(compiler).resolve().stat()
-    made_by = (compiler, str(stat.st_size), str(stat.st_mtime_ns), *flags, ca.__version__)
+    made_by = (compiler, str(stat.st_size), str(stat.st_mtime_ns), *flags, ca.CasadiMeta.version())
     made_for = (platform.machine(), _processor() if FOR_THIS_PROCESSOR in flags else "")
     return hashlib.sha256("\0".join((text, *made_by, *made_for)).encode()).hexdigest()[:32]
 

@@ -292,9 +292,9 @@ def _instant(
     return make_instant(
         body,
         kinds,
-        ca.vertcat(*x.r, *x.theta),
-        ca.vertcat(*x.dr, *euler_rate(ca, x.theta, x.L, robot)),
-        [ca.vertcat(*foot.p[:2]) for foot in x.feet],
+        _column([*x.r, *x.theta]),
+        _column([*x.dr, *euler_rate(ca, x.theta, x.L, robot)]),
+        [_column(foot.p[:2]) for foot in x.feet],
         [foot.p[2] for foot in x.feet],
         [foot.sigma for foot in x.feet],
         height_rate,
@@ -302,6 +302,10 @@ def _instant(
         previous,
         height_point,
     )
+
+
+def _column(components: Sequence[Any]) -> ca.SX:
+    return ca.SX(ca.vertcat(*components))
 
 
 def _figures(builder: StageBuilder) -> Figures:
@@ -349,7 +353,7 @@ def _encode(problem: Problem, motion: Motion) -> Array:
 
 def _node_rows(layout: _Layouts, s: Samples, robot: Robot) -> Array:
     """States without the previous inputs, one row for each sample."""
-    L = angular_momentum(np, list(s.euler.T), list(s.euler_rate.T), robot.inertia_matrix)
+    L = angular_momentum(np, list(s.euler.T), list(s.euler_rate.T), list(robot.inertia_matrix))
     return np.hstack(
         [
             s.euler,
@@ -370,7 +374,7 @@ def _mean_inertia(robot: Robot) -> float:
 def _start_values(problem: Problem, layout: _Layouts) -> Array:
     """x0 in the order of the first node; nothing came before it."""
     start, robot = problem.start, problem.robot
-    L = angular_momentum(np, list(start.base[3:]), list(start.base_rate[3:]), robot.inertia_matrix)
+    L = angular_momentum(np, list(start.base[3:]), list(start.base_rate[3:]), list(robot.inertia_matrix))
     return np.concatenate(
         [
             start.base[3:],

@@ -80,7 +80,7 @@ class _Guess:
         """Nominal contact point below base poses (n, 6), in the plane: (n, 2)."""
         p = self.problem.robot.stance[leg]
         c, s = np.cos(pose[:, 3]), np.sin(pose[:, 3])
-        return pose[:, :2] + np.stack([c * p[0] - s * p[1], s * p[0] + c * p[1]], axis=-1)
+        return np.asarray(pose[:, :2] + np.stack([c * p[0] - s * p[1], s * p[0] + c * p[1]], axis=-1))
 
     # -- feet --------------------------------------------------------------------------------------------
 

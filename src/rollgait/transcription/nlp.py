@@ -305,7 +305,7 @@ class Nlp:
         """By how much each constraint, then each bound, is violated (0 where it holds)."""
         excess = np.maximum(self.g_lower - g, g - self.g_upper)
         beyond = np.maximum(self.lower - w, w - self.upper)
-        return np.maximum(np.concatenate([excess, beyond]), 0.0)
+        return np.asarray(np.maximum(np.concatenate([excess, beyond]), 0.0))
 
     # -- functions of the whole problem ------------------------------------------------------------------
 
@@ -381,12 +381,12 @@ def _limits_something(stage: Stage) -> NDArray[np.bool_]:
 
 def _mapped(function: ca.Function, block: Block, y: Array, output: int = 0) -> Array:
     """A stage function at all repetitions of its block."""
-    result = function.map(block.stage.count)(y, block.stage.parameters)
-    return np.asarray(result[output] if isinstance(result, tuple) else result)
+    results = function.map(block.stage.count).call([y, block.stage.parameters])
+    return np.asarray(results[output])
 
 
 def _nonzeros(matrix: ca.SX) -> ca.SX:
-    return ca.vertcat(*matrix.nonzeros()) if matrix.nnz() else ca.SX(0, 1)
+    return ca.SX(matrix.nz[:]) if matrix.nnz() else ca.SX(0, 1)
 
 
 def _pattern(matrix: ca.SX) -> tuple[Index, Index]:

@@ -71,7 +71,7 @@ class Stage:
     @property
     def count(self) -> int:
         """How often the stage is repeated."""
-        return self.parameters.shape[1]
+        return int(self.parameters.shape[1])
 
 
 class StageBuilder:
@@ -106,7 +106,7 @@ class StageBuilder:
         self._values.append(self._per_stage(array))
         return symbol
 
-    def _per_stage(self, array: NDArray[np.generic]) -> NDArray[np.generic]:
+    def _per_stage(self, array: Array) -> Array:
         """Values for each repetition; the end of the horizon takes those of the last interval."""
         if self.count == 1:
             return array[:, -1:]

@@ -57,7 +57,7 @@ def gauss_legendre(count: int) -> Tableau:
     weights = np.linalg.solve(monomials, 1.0 / np.arange(1, count + 1))
     return Tableau(
         points=c,
-        weights=weights,
+        weights=np.asarray(weights, dtype=float),
         support=support,
         slope=lagrange(support, c)[1],
         slope_begin=lagrange(support, np.zeros(1))[1][0],
