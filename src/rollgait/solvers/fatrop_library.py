@@ -1,7 +1,7 @@
-"""Fatrop's C interface by ctypes: its structures, and a check that the library is the one that is described here.
+"""Fatrop's C interface by ctypes, and a check that the library is the one that is described here.
 
-The library comes inside CasADi's wheel, whose own adapter spends 0.4 to 1.1 s on setting up each solver. The layout
-below is that of fatrop 1.1 and BLASFEO 0.1.4 in panel-major format.
+The library comes inside CasADi's wheel, whose own adapter spends 0.4 to 1.1 s on setting up each solver.
+The layout below is that of fatrop 1.1 and BLASFEO 0.1.4 in panel-major format.
 """
 
 from __future__ import annotations

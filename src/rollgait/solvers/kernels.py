@@ -87,7 +87,7 @@ def compiled(functions: Sequence[ca.Function]) -> list[ca.Function] | None:
 
 
 def machine_code(text: str, flags: Sequence[str]) -> Path | None:
-    """A shared library made from C text: from the cache, or built now; None where that cannot be had (logged)."""
+    """A shared library made from C text, cached or built now; None where it cannot be had (logged)."""
     folder, compiler = cache_folder(), _compiler()
     if folder is None:
         return None

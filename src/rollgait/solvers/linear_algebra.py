@@ -1,8 +1,9 @@
 """Fatrop's innermost loop, compiled for this processor.
 
-Half of fatrop's time goes into one function of BLASFEO, the product of 4-row panels, and the BLASFEO in CasADi's wheel
-is built for any x86-64 processor. The same product compiled for the processor at hand, loaded first so that the
-dynamic linker prefers it, makes a whole solve nearly twice as fast. Where it cannot be had, nothing changes.
+Half of fatrop's time goes into one function of BLASFEO, the product of 4-row panels, and the BLASFEO in
+CasADi's wheel is built for any x86-64 processor. The same product compiled for the processor at hand, loaded
+first so that the dynamic linker prefers it, makes a whole solve nearly twice as fast. Where it cannot be had,
+nothing changes.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ FLAGS = ("-O3", FOR_THIS_PROCESSOR, "-fPIC", "-shared")
 
 @lru_cache
 def use_fast_products() -> bool:
-    """Puts the compiled product in front of BLASFEO's; must come before BLASFEO is loaded. Whether it is there."""
+    """Puts the compiled product in front of BLASFEO's, which must not be loaded yet; whether it is there."""
     if not sys.platform.startswith("linux"):
         return False
     library = machine_code(SOURCE, FLAGS)
