@@ -86,6 +86,6 @@ def nearest_first(name: str, choices: Iterable[str]) -> list[str]:
 
 
 def _shown(value: Any) -> str:
-    """A value as it stands in a message: short, and strings in quotes. Of a long path the end says the most."""
+    """A value as it stands in a message: short, strings in quotes. The end of a long path says the most."""
     text = repr(value)
     return text if len(text) <= 80 else f"{text[:20]}…{text[-59:]}"
