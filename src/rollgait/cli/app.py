@@ -10,7 +10,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import rollgait
-from rollgait.cli import check, export, library, plan, plot, track
+from rollgait.cli import check, export, library, plan, plot, robot, track
 from rollgait.cli.output import print_error
 from rollgait.cli.usage import Commands, usage_error
 from rollgait.errors import RollgaitError
@@ -29,6 +29,7 @@ app.command("track")(track.track)
 app.command("scenarios")(library.scenarios)
 app.command("robots")(library.robots)
 app.command("show")(library.show)
+app.add_typer(robot.app, name="robot")
 
 
 def _version(asked: bool) -> None:

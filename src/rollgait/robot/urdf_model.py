@@ -346,6 +346,13 @@ class WholeBodyModel:
         full[legs[:, None, None], np.arange(3)[None, :, None], self._columns[:, None]] = compact
         return full[..., :-1]
 
+    def joint_axes(self, q: Array, chain: LegChain) -> tuple[Array, Array]:
+        """Unit vectors of a leg's joint axes and points on them, world frame, two arrays (joints, 3)."""
+        pin.computeJointJacobians(self.pin, self._data, q)
+        axes = np.array(self._data.J[3:, list(chain.joints)]).T
+        ids = [self.pin.getJointId(self.joint_names[v - BASE_V]) for v in chain.joints]
+        return axes, np.array([self._data.oMi[i].translation for i in ids])
+
     def integrate(self, q: Array, step: Array) -> Array:
         """The configuration after the displacement `step`, shape (nv,), from q."""
         return np.asarray(pin.integrate(self.pin, q, step))

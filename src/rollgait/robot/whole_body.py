@@ -15,7 +15,7 @@ from typing import Final
 from pydantic import Field, model_validator
 
 from rollgait.config import Config, NonNegative, Number, Positive, PositiveVector3, Range, load_yaml, validate
-from rollgait.errors import MISSING, FileError, InputError, MissingExtraError
+from rollgait.errors import MISSING, FileError, InputError, MissingExtraError, UnknownNameError
 from rollgait.robot.robot import LEG_NAMES, LegName, Robot
 
 EXTRA: Final = "whole-body"
@@ -134,15 +134,27 @@ def find_whole_body(robot: Robot) -> WholeBody:
     """
     if robot.whole_body is not None:
         return load_whole_body(robot.whole_body)
-    library = resources.files("rollgait.robot.library") / "whole_body" / f"{robot.name}.yaml"
-    with resources.as_file(library) as file:
-        if not file.is_file():
-            raise InputError(
-                "robot.whole_body",
-                MISSING,
-                f"must be given: of {robot.name!r} there are only figures for planning, no whole-body model",
-            )
+    if robot.name not in whole_body_names():
+        rule = f"must be given: of {robot.name!r} there are only figures for planning, no whole-body model"
+        raise InputError("robot.whole_body", MISSING, rule)
+    return library_whole_body(robot.name)
+
+
+def whole_body_names() -> list[str]:
+    """Names of the whole bodies in the library, sorted."""
+    return sorted(f.name.removesuffix(".yaml") for f in _LIBRARY.iterdir() if f.name.endswith(".yaml"))
+
+
+def library_whole_body(name: str) -> WholeBody:
+    """The whole body of this name in the library. Raises `UnknownNameError`."""
+    if name not in whole_body_names():
+        rule = "is neither a robot with a whole body in the library nor a .urdf or .yaml file"
+        raise UnknownNameError("model", name, whole_body_names(), rule)
+    with resources.as_file(_LIBRARY / f"{name}.yaml") as file:
         return load_whole_body(file)
+
+
+_LIBRARY = resources.files("rollgait.robot.library") / "whole_body"
 
 
 def _placed(body: WholeBody, folder: Path) -> WholeBody:

@@ -129,8 +129,8 @@ def _integrate(model: WholeBodyModel, stack: Stack, samples: Samples, roll: Arra
     note(0, state)
     for k in range(1, n):
         begin = clock.perf_counter()
-        lower, upper = _bounds(model, state.q, samples.time[k] - samples.time[k - 1])
-        step = solve(_levels(stack, state, target(k)), lower, upper)
+        lower, upper = step_bounds(model, state.q, samples.time[k] - samples.time[k - 1])
+        step = solve(levels_of(stack, state, target(k)), lower, upper)
         state = model.state(model.integrate(state.q, step.x))
         motion.seconds[k - 1] = clock.perf_counter() - begin
         motion.bounded += step.bounded
@@ -153,11 +153,11 @@ def stand(model: WholeBodyModel, stack: Stack, target: tasks.Target) -> BodyStat
     state = model.state(q)
     error = np.inf
     for _ in range(START_ITERATIONS):
-        levels = _levels(stack, state, target)
+        levels = levels_of(stack, state, target)
         error = max(float(np.max(np.abs(b), initial=0.0)) for _, b in levels[:PLANNED_LEVELS])
         if error < START_TOLERANCE:
             return state
-        lower, upper = _bounds(model, state.q, np.inf)
+        lower, upper = step_bounds(model, state.q, np.inf)
         step = solve(levels, np.maximum(lower, -START_STEP), np.minimum(upper, START_STEP))
         state = model.state(model.integrate(state.q, step.x))
     errors = [
@@ -173,7 +173,8 @@ def stand(model: WholeBodyModel, stack: Stack, target: tasks.Target) -> BodyStat
     )
 
 
-def _levels(stack: Stack, state: BodyState, target: tasks.Target) -> list[tuple[Array, Array]]:
+def levels_of(stack: Stack, state: BodyState, target: tasks.Target) -> list[tuple[Array, Array]]:
+    """Jacobian and error of each level, as `stack.solve` takes them."""
     return [
         (
             np.concatenate([task.jacobian(state) for task in level]),
@@ -183,7 +184,7 @@ def _levels(stack: Stack, state: BodyState, target: tasks.Target) -> list[tuple[
     ]
 
 
-def _bounds(model: WholeBodyModel, q: Array, duration: float) -> tuple[Array, Array]:
+def step_bounds(model: WholeBodyModel, q: Array, duration: float) -> tuple[Array, Array]:
     """Smallest and largest step within the limits of joint positions and velocities, each of shape (nv,)."""
     upper = np.full(model.nv, np.inf)
     lower = -upper

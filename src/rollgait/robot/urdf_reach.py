@@ -1,0 +1,150 @@
+"""How far the feet reach and the wheels steer about the nominal stance, and the limb behind a wheel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.robot.robot import LEG_NAMES, Limb
+from rollgait.robot.urdf_model import BASE_V, BodyState, WholeBodyModel
+from rollgait.robot.urdf_stance import Stance, reach
+from rollgait.robot.whole_body import Choices
+
+Array = NDArray[np.float64]
+
+BOX_SHAPE: Final = np.array([1.0, 1.0, 0.4])
+"""Proportions of the reachable box: feet travel farther than they lift."""
+
+BOX_LARGEST: Final = 0.3
+"""Half-length of the largest box that is tried, as a share of the stance's height."""
+
+BOX_STEP: Final = 0.01
+"""Steps in which it shrinks, m."""
+
+REACHED: Final = 1e-6
+"""Error with which a corner of the box counts as reached, m or rad."""
+
+STEERING_GRID: Final = 9
+"""Places along each side of the box at which the steering range is looked at."""
+
+RESERVE_FOLDED, RESERVE_STRETCHED = 0.08, 0.14
+"""Shares of a leg's length kept free: the base moves about the CoM while the legs step."""
+
+STRAIGHT: Final = 1e-3
+"""Sine of the angle by which axes may differ and still count as parallel or vertical."""
+
+
+def reachable_box(model: WholeBodyModel, stance: Stance) -> Array | None:
+    """Half-sizes of the largest box, (3,), m, whose corners, edges and faces every foot reaches upright.
+
+    None if not even the smallest is reachable.
+    """
+    corners = np.array([c for c in product((-1.0, 0.0, 1.0), repeat=3) if any(c)])
+    largest = BOX_LARGEST * float(-stance.feet[:, 2].mean())
+    for half in np.arange(np.floor(largest / BOX_STEP), 0.0, -1.0) * BOX_STEP:
+        size = half * BOX_SHAPE
+        if all(np.max(_reached(model, stance, corner * size)[1]) < REACHED for corner in corners):
+            return np.asarray(np.round(size, 3))
+    return None
+
+
+def _reached(model: WholeBodyModel, stance: Stance, offset: Array) -> tuple[BodyState, Array]:
+    """All feet moved by an offset from the stance, and what each lacks."""
+    places = stance.state.p_foot + offset
+    return reach(model, stance.q, lambda _: places)
+
+
+def steering_ranges(model: WholeBodyModel, stance: Stance, box: Array) -> list[tuple[float, float] | None]:
+    """For each leg the range of σ − θz that its steering joint allows at every place of the box, rad.
+
+    None for a leg that does not steer. Places that the leg does not reach do not count.
+    """
+    low, high = np.full(len(LEG_NAMES), -np.inf), np.full(len(LEG_NAMES), np.inf)
+    side = np.linspace(-1.0, 1.0, STEERING_GRID)
+    for x, y in product(side, side):
+        state, errors = _reached(model, stance, np.array([x, y, 0.0]) * box)
+        for i, chain in enumerate(model.legs):
+            if chain.steering is None or errors[i] > REACHED:
+                continue
+            place = chain.steering - BASE_V
+            angle = state.q[chain.steering + 1]
+            sign = np.sign(state.J_heading[i, chain.steering])
+            limits = sign * (np.array([model.position_lower[place], model.position_upper[place]]) - angle)
+            low[i], high[i] = max(low[i], min(limits)), min(high[i], max(limits))
+    return [
+        None if chain.steering is None else (float(low[i]), float(high[i]))
+        for i, chain in enumerate(model.legs)
+    ]
+
+
+@dataclass(frozen=True)
+class LimbFound:
+    """The limb of a leg, or why it has none that the planner knows."""
+
+    limb: Limb | None
+    reason: str = ""
+
+
+def find_limb(model: WholeBodyModel, stance: Stance, leg: int, choices: Choices) -> LimbFound:
+    """The figures of a leg whose joints are yaw, pitch, pitch, pitch, yaw, as CENTAURO's.
+
+    Angles are turned into the convention of `Limb`: hip_yaw = −α, steering = −(σ − θz) − hip_yaw.
+    """
+    chain = model.legs[leg]
+    if chain.steering is None or len(chain.joints) != 5:
+        return LimbFound(None, f"{len(chain.joints)} joints, not 5 with a steering one")
+    axes, origins = model.joint_axes(stance.q, chain)
+    hip, *pitches, steering = axes
+    vertical = all(np.hypot(a[0], a[1]) < STRAIGHT for a in (hip, steering))
+    parallel = all(np.linalg.norm(np.cross(a, pitches[0])) < STRAIGHT for a in pitches)
+    if not vertical or not parallel or abs(pitches[0][2]) > STRAIGHT:
+        return LimbFound(None, "its joints are not yaw, pitch, pitch, pitch, yaw")
+    yaw_at, hip_at, knee_at, ankle_at = origins[:4]
+    contact, com = stance.state.p_foot[leg], stance.state.p_com
+    left = pitches[0] * np.sign(pitches[0][1])  # normal of the leg's plane
+    forward = np.array([left[1], -left[0], 0.0])
+    origin = np.array([yaw_at[0], yaw_at[1], hip_at[2]])
+    out = contact - origin
+    alpha = np.arctan2(forward[1], forward[0])
+    yaw_range = _converted(model, chain.joints[0], stance.q, float(hip[2]), -float(alpha))
+    own = -float(stance.state.heading[leg]) + float(alpha)
+    steering_range = _converted(model, chain.joints[4], stance.q, float(steering[2]), own)
+    upper, lower = np.linalg.norm(knee_at - hip_at), np.linalg.norm(ankle_at - knee_at)
+    return LimbFound(
+        Limb(
+            hip=_rounded(origin - com, 5),
+            plane_offset=round(float(out @ left), 5),
+            direction=1 if out @ forward > 0.0 else -1,
+            ankle_height=round(float(ankle_at[2] - contact[2]), 5),
+            extension=choices.extension or _extension(model, chain.joints[2], float(upper), float(lower)),
+            radius_min=choices.radius_min or round(max(1.75 * abs(float(out @ left)), 0.1 * float(upper)), 3),
+            hip_yaw=yaw_range,
+            steering_joint=steering_range,
+        )
+    )
+
+
+def _converted(model: WholeBodyModel, v: int, q: Array, up: float, value: float) -> tuple[float, float]:
+    """Limits of a joint about a vertical axis, as an angle that falls as the link turns left, `value` now."""
+    place = v - BASE_V
+    limits = np.array([model.position_lower[place], model.position_upper[place]])
+    low, high = sorted(value - np.sign(up) * (limits - q[v + 1]))
+    return round(float(low), 4), round(float(high), 4)
+
+
+def _extension(model: WholeBodyModel, knee: int, upper: float, lower: float) -> tuple[float, float]:
+    """From folded, where the knee meets its limit, to stretched, less reserves, m."""
+    place = knee - BASE_V
+    farthest = min(max(abs(model.position_lower[place]), abs(model.position_upper[place])), np.pi)
+    folded = np.sqrt(upper**2 + lower**2 + 2.0 * upper * lower * np.cos(farthest))
+    length = upper + lower
+    return round(float(folded) + RESERVE_FOLDED * length, 2), round((1.0 - RESERVE_STRETCHED) * length, 2)
+
+
+def _rounded(vector: Array, digits: int) -> tuple[float, float, float]:
+    x, y, z = (round(float(v), digits) for v in vector)
+    return x, y, z
