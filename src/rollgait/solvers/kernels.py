@@ -16,6 +16,7 @@ import subprocess
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import casadi as ca
@@ -72,7 +73,7 @@ def clear_cache() -> int:
 
 
 def compiled(functions: Sequence[ca.Function]) -> list[ca.Function] | None:
-    """The same functions as machine code, or None where that cannot be had (which is logged in one line)."""
+    """The same functions as machine code, or None where that cannot be had (which is logged once)."""
     generator = ca.CodeGenerator("kernel.c")
     for function in functions:
         generator.add(function)
@@ -82,7 +83,7 @@ def compiled(functions: Sequence[ca.Function]) -> list[ca.Function] | None:
     try:
         return [ca.external(function.name(), str(library)) for function in functions]
     except RuntimeError as error:
-        log.info("a compiled kernel cannot be loaded (%s): planning without", str(error).splitlines()[-1])
+        _say_once(f"a compiled kernel cannot be loaded ({str(error).splitlines()[-1]}): planning without")
         return None
 
 
@@ -92,10 +93,16 @@ def machine_code(text: str, flags: Sequence[str]) -> Path | None:
     if folder is None:
         return None
     if compiler is None:
-        log.info("no C compiler found: planning without compiled kernels")
+        _say_once("no C compiler found: planning without compiled kernels")
         return None
     library = folder / f"{_key(text, compiler, flags)}.so"
     return library if _is_sound(library) or _build(text, compiler, flags, library) else None
+
+
+@lru_cache
+def _say_once(line: str) -> None:
+    """Logs a line, but not again in this process: a plan may ask for several kernels."""
+    log.info(line)
 
 
 def _compiler() -> str | None:
@@ -142,7 +149,7 @@ def _build(text: str, compiler: str, flags: Sequence[str], library: Path) -> boo
         with tempfile.TemporaryDirectory(dir=library.parent, prefix=".build-") as folder:
             source, target = Path(folder) / "kernel.c", Path(folder) / "kernel.so"
             source.write_text(text, encoding="utf-8")
-            log.info("compiling kernels (once for this kind of problem)")
+            _say_once("compiling kernels (once for this kind of problem)")
             subprocess.run(
                 [compiler, *flags, str(source), "-o", str(target), "-lm"],
                 check=True,
@@ -156,6 +163,6 @@ def _build(text: str, compiler: str, flags: Sequence[str], library: Path) -> boo
             digest.replace(_digest_file(library))
     except (OSError, subprocess.SubprocessError) as error:
         reason = error.strerror if isinstance(error, OSError) else "the compiler failed"
-        log.info("kernels cannot be compiled (%s): planning without", reason)
+        _say_once(f"kernels cannot be compiled ({reason}): planning without")
         return False
     return _is_sound(library)
