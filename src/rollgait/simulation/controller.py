@@ -1,0 +1,147 @@
+"""What drives the joints: PD about the planned joints plus feed-forward, within the effort limits.
+
+    τ = kp (q_planned + Δq − q) + kd (q̇_planned + Δq̇ − q̇) + τ_feedforward
+
+Δq is what a feedback of the base pose adds. kd q̇ is the drive's own and immediate; all else is as old as the
+latency says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.errors import UnknownNameError
+from rollgait.robot.robot import Robot
+from rollgait.tracking.joints import JointTrajectory
+
+Array = NDArray[np.float64]
+
+WHEEL_MODES: Final = ("angle", "velocity")
+"""Wheels follow the integrated planned angle, or only the planned speed."""
+
+LEG_STIFFNESS: Final = 3.5
+"""Stiffness of the legs over m g times the height of the CoM: 3000 N m/rad for CENTAURO. At a tenth of it the
+stepping motions fall."""
+
+DAMPING_TIME: Final = 0.02
+"""Damping over stiffness, s."""
+
+STEERING_SHARE: Final = 1.0 / 3.0
+"""Stiffness of steering joints and of the upper body over that of the legs: they carry less."""
+
+WHEEL_SHARE: Final = 1.0 / 15.0
+"""Stiffness of wheels over that of the legs."""
+
+WHEEL_DAMPING_TIME: Final = 0.1
+"""Damping over stiffness of the wheels, s."""
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Of the drives, one per joint.
+
+    Attributes:
+        stiffness: kp, (n_j,), N m/rad.
+        damping: kd, (n_j,), N m s/rad.
+    """
+
+    stiffness: Array
+    damping: Array
+
+
+def gains_for(
+    robot: Robot,
+    count: int,
+    legs: list[int],
+    wheels: list[int],
+    wheel_mode: str = "angle",
+) -> Gains:
+    """Gains that suit a robot's weight and size.
+
+    Args:
+        robot: the planner's robot.
+        count: number of joints, n_j.
+        legs: places of the joints that carry the robot.
+        wheels: places of the wheels' joints.
+        wheel_mode: one of `WHEEL_MODES`.
+
+    Raises:
+        UnknownNameError: there is no such wheel mode.
+    """
+    if wheel_mode not in WHEEL_MODES:
+        raise UnknownNameError("wheels", wheel_mode, WHEEL_MODES)
+    leg = LEG_STIFFNESS * robot.weight * robot.height
+    stiffness = np.full(count, STEERING_SHARE * leg)
+    stiffness[legs] = leg
+    damping = DAMPING_TIME * stiffness
+    stiffness[wheels] = WHEEL_SHARE * leg if wheel_mode == "angle" else 0.0
+    damping[wheels] = WHEEL_DAMPING_TIME * WHEEL_SHARE * leg
+    return Gains(stiffness, damping)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What the joints shall do at the steps of the simulation: the joint trajectory, then rest at its end.
+
+    Attributes:
+        position, velocity, torque: (steps, n_j), rad, rad/s, N m.
+    """
+
+    position: Array
+    velocity: Array
+    torque: Array
+
+
+def reference_at(joints: JointTrajectory, times: Array) -> Reference:
+    """The joint trajectory at `times`, (steps,), s; the rest after its end."""
+    rest = times > joints.time[-1]
+    velocity = interpolated(times, joints.time, joints.joint_velocity)
+    velocity[rest] = 0.0
+    return Reference(
+        interpolated(times, joints.time, joints.joint_position),
+        velocity,
+        interpolated(times, joints.time, joints.joint_torque),
+    )
+
+
+def interpolated(times: Array, known: Array, values: Array) -> Array:
+    """Linear between samples, constant outside: (len(times), …) from values (n, …)."""
+    place = np.clip(np.searchsorted(known, times, side="right") - 1, 0, len(known) - 2)
+    share = np.clip((times - known[place]) / (known[place + 1] - known[place]), 0.0, 1.0)
+    share = share.reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(values[place] * (1.0 - share) + values[place + 1] * share)
+
+
+class Controller:
+    """Computes the controls step by step.
+
+    Args:
+        gains: of the drives.
+        reference: at every step.
+        delay: age of all it knows and sends, in steps.
+    """
+
+    def __init__(self, gains: Gains, reference: Reference, delay: int = 0) -> None:
+        self._gains, self._reference, self._delay = gains, reference, delay
+        self._feedforward = reference.torque + gains.damping * reference.velocity
+        self._waiting: list[Array] = []
+        self.shift: Array = np.zeros_like(reference.position[0])
+        """Δq, (n_j,), rad."""
+        self.shift_rate: Array = np.zeros_like(reference.position[0])
+        """Δq̇, (n_j,), rad/s."""
+
+    def control(self, step: int, position: Array) -> Array:
+        """The torque without the drives' own damping, (n_j,), N m.
+
+        Args:
+            step: number of the step.
+            position: measured joint angles now, (n_j,), rad.
+        """
+        error = self._reference.position[step] + self.shift - position
+        wanted = self._gains.stiffness * error + self._feedforward[step] + self._gains.damping * self.shift_rate
+        self._waiting.append(wanted)
+        return self._waiting.pop(0) if len(self._waiting) > self._delay else self._waiting[0]

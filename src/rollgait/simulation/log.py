@@ -1,0 +1,162 @@
+"""What happened in a simulation, as plain arrays beside the plan. Needs no physics engine to save and load."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.config import validate
+from rollgait.errors import FileError
+from rollgait.files import replacing
+from rollgait.robot.robot import Robot
+from rollgait.simulation.disturbances import Disturbances
+
+if TYPE_CHECKING:
+    from rollgait.simulation.report import SimulationReport
+
+Array = NDArray[np.float64]
+
+FORMAT_VERSION: Final = 1
+"""Version of the file format; a file with another one is refused."""
+
+_FORMAT: Final = "rollgait-simulation"
+_NO_LOG: Final = "is not a simulation log that rollgait saved"
+
+
+@dataclass(frozen=True)
+class SimulationLog:
+    """A simulation. SI units, world frame unless said otherwise, legs in the order FL, FR, HL, HR.
+
+    Attributes:
+        time: (n,), s.
+        base_position: origin of the base link, (n, 3), m.
+        base_quaternion: base link to world, (x, y, z, w), (n, 4).
+        base_velocity: linear, then angular velocity of the base link in base axes, (n, 6), m/s and rad/s.
+        joint_position: (n, n_j), rad.
+        joint_velocity: (n, n_j), rad/s.
+        joint_torque: of the drives, (n, n_j), N m.
+        torque_peak: largest magnitude since the sample before, (n, n_j), N m.
+        com_position: (n, 3), m, with the payload.
+        force: contact force on each foot, mean since the sample before, (n, 4, 3), N.
+        slip: speed of the material contact point over the ground, (n, 4), m/s; NaN in the air.
+        planned_base_position: (n, 3), m.
+        planned_base_quaternion: (x, y, z, w), (n, 4).
+        planned_com_position: (n, 3), m.
+        planned_force: (n, 4, 3), N.
+        planned_contact: (n, 4), bool.
+        effort_max: of the joints, (n_j,), N m, inf where there is no limit.
+        joint_names: of the n_j joints.
+        robot: the planner's robot.
+        disturbances: what was not as planned.
+        feedback: whether the base pose was fed back.
+        motion_end: when the planned motion ends, s; the robot stands still from then on.
+        fallen_at: when it fell, s; None if it did not. The log ends there.
+        wall_time: how long the simulation took, s.
+    """
+
+    time: Array
+    base_position: Array
+    base_quaternion: Array
+    base_velocity: Array
+    joint_position: Array
+    joint_velocity: Array
+    joint_torque: Array
+    torque_peak: Array
+    com_position: Array
+    force: Array
+    slip: Array
+    planned_base_position: Array
+    planned_base_quaternion: Array
+    planned_com_position: Array
+    planned_force: Array
+    planned_contact: NDArray[np.bool_]
+    effort_max: Array
+    joint_names: tuple[str, ...]
+    robot: Robot
+    disturbances: Disturbances
+    feedback: bool
+    motion_end: float
+    fallen_at: float | None
+    wall_time: float
+
+    @property
+    def fallen(self) -> bool:
+        """Whether the robot fell."""
+        return self.fallen_at is not None
+
+    def report(self) -> SimulationReport:
+        """Judges the simulation (computed once)."""
+        return self._report
+
+    @cached_property
+    def _report(self) -> SimulationReport:
+        from rollgait.simulation.report import judge
+
+        return judge(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Writes one .npz file (the suffix is added if it is missing); returns its path."""
+        target = Path(path)
+        if target.suffix != ".npz":
+            target = target.with_name(target.name + ".npz")
+        header = {
+            "format": _FORMAT,
+            "version": FORMAT_VERSION,
+            "joint_names": list(self.joint_names),
+            "robot": self.robot.model_dump(mode="json"),
+            "disturbances": self.disturbances.model_dump(mode="json"),
+            **{name: getattr(self, name) for name in _PLAIN},
+        }
+        arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS}
+        with replacing(target) as temporary, temporary.open("wb") as stream:
+            np.savez_compressed(stream, header=np.array(json.dumps(header)), **arrays)
+        return target
+
+    @classmethod
+    def load(cls, path: str | Path) -> SimulationLog:
+        """Reads a log; runs no code from the file.
+
+        Raises:
+            FileError: the file is missing, is no log, or has a version that is not known here.
+        """
+        name = str(path)
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                arrays = {key: data[key] for key in data.files}
+            header = json.loads(str(arrays.pop("header")))
+            known = header.get("format") == _FORMAT
+        except OSError as error:
+            reason = f"cannot be read: {error.strerror}" if error.strerror else _NO_LOG
+            raise FileError("log", name, reason) from None
+        except Exception:  # damaged bytes lead anywhere
+            raise FileError("log", name, _NO_LOG) from None
+        if not known:
+            raise FileError("log", name, _NO_LOG)
+        if header.get("version") != FORMAT_VERSION:
+            rule = f"has format version {header.get('version')}; this rollgait knows version {FORMAT_VERSION}"
+            raise FileError("log", name, rule)
+        try:
+            return cls(
+                **{key: arrays[key] for key in _ARRAYS},
+                **{key: header[key] for key in _PLAIN},
+                joint_names=tuple(header["joint_names"]),
+                robot=validate(Robot, header["robot"], "robot"),
+                disturbances=validate(Disturbances, header["disturbances"], "disturbances"),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            reason = f"{error} is missing" if isinstance(error, KeyError) else str(error).splitlines()[0]
+            raise FileError("log", name, f"is damaged: {reason}") from None
+
+
+_PLAIN: Final = ("feedback", "motion_end", "fallen_at", "wall_time")
+_ARRAYS: Final = tuple(
+    field.name
+    for field in fields(SimulationLog)
+    if field.name not in (*_PLAIN, "joint_names", "robot", "disturbances")
+)

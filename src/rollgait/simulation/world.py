@@ -1,0 +1,304 @@
+"""The world in MuJoCo: the robot's URDF with a free base, its feet, and the ground.
+
+Only the feet collide. A wheel is an ellipsoid, thin along its axle: a cylinder of full width would scrub
+where it steers. MuJoCo's contacts are soft: a foot sinks in by a fraction of a millimetre and creeps by
+millimetres per second.
+"""
+
+from __future__ import annotations
+
+import copy
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+from typing import Any, Final
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.errors import FileError, InputError
+from rollgait.robot.robot import GRAVITY, LEG_NAMES
+from rollgait.robot.urdf_files import UNLIMITED, Urdf, read_urdf
+from rollgait.robot.whole_body import LegJoints, WholeBody
+from rollgait.simulation.disturbances import Disturbances
+
+Array = NDArray[np.float64]
+
+TIME_STEP: Final = 1e-3
+"""Of the simulation, s."""
+
+IMPEDANCE_RATIO: Final = 50.0
+"""Of frictional to normal constraints: with MuJoCo's default of 1 a loaded foot slides."""
+
+WHEEL_WIDTH: Final = 0.25
+"""Half the width of a wheel's ellipsoid as a share of its radius."""
+
+POINT_RADIUS: Final = 0.01
+"""Radius of a point foot of which no radius is known, m."""
+
+GROUND: Final = "ground"
+_FOOT: Final = "foot_"
+_ROOT: Final = "root_link"
+_MESHES: Final = (".stl", ".obj", ".msh")
+
+
+@dataclass(frozen=True)
+class World:
+    """A compiled world, and where things are in it.
+
+    Attributes:
+        model: MuJoCo's model.
+        base: number of the body that is the base link.
+        joint_names: the driven joints, in the order of the arrays below and of the actuators.
+        position: (n_j,), places of the joints in qpos.
+        velocity: (n_j,), places in qvel.
+        effort_max: (n_j,), N m, inf where there is no limit.
+        feet: (4,), numbers of the geoms that touch the ground, FL, FR, HL, HR.
+        wheels, steering: for each leg the place of its wheel and steering joint in `joint_names`; None where
+            it has none.
+        radius: (4,), radius of the feet as the controller knows it, m.
+        lift: by how much the true feet raise the robot above where the plan has it, m.
+    """
+
+    model: Any
+    base: int
+    joint_names: tuple[str, ...]
+    position: NDArray[np.int_]
+    velocity: NDArray[np.int_]
+    effort_max: Array
+    feet: tuple[int, ...]
+    wheels: tuple[int | None, ...]
+    steering: tuple[int | None, ...]
+    radius: Array
+    lift: float
+
+
+def build_world(
+    body: WholeBody,
+    joint_names: tuple[str, ...],
+    disturbances: Disturbances | None = None,
+    *,
+    damping: Array | None = None,
+    ground_height: float = 0.0,
+    visual: bool = False,
+) -> World:
+    """The robot on the ground.
+
+    Args:
+        body: the whole body.
+        joint_names: joints that get an actuator, in this order.
+        disturbances: friction, radius error, payload and slope are part of the world.
+        damping: of the drives, (n_j,), N m s/rad: part of their torque, and integrated implicitly.
+        ground_height: z of the ground, m.
+        visual: load the meshes for people to look at.
+
+    Raises:
+        InputError: a joint or a link is not in the URDF.
+        FileError: MuJoCo does not understand the URDF, or a mesh is missing.
+    """
+    given = disturbances or Disturbances()
+    urdf = read_urdf(body.urdf)
+    spec = _read(urdf, visual)
+    root = spec.worldbody.first_body()
+    root.add_freejoint(name="floating_base")
+    efforts = _limits(urdf)
+    wheels = {leg.wheel_joint for _, leg in body.leg_list()}
+    for joint in spec.joints:
+        low, high = joint.range
+        if joint.name in wheels or low == high or max(abs(low), abs(high)) >= UNLIMITED:
+            joint.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+        joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE  # the actuators do that
+    known, used = [], []
+    for name, leg in body.leg_list():
+        nominal = _radius(urdf, leg)
+        true = (nominal or POINT_RADIUS) * (1.0 + given.radius_error * (leg.wheel is not None))
+        _add_foot(spec, urdf, name, leg, true, given.friction)
+        known.append(nominal)
+        used.append(true)
+    _add_ground(spec, ground_height, given.friction, visual)
+    if given.payload is not None:
+        root.add_geom(
+            type=mujoco.mjtGeom.mjGEOM_SPHERE,
+            size=[0.05, 0.0, 0.0],
+            pos=given.payload.place,
+            mass=given.payload.mass,
+            contype=0,
+            conaffinity=0,
+            rgba=[0.8, 0.3, 0.1, 1.0],
+        )
+    missing = [name for name in joint_names if name not in {joint.name for joint in spec.joints}]
+    if missing:
+        raise InputError("joints", missing[0], f"is not a joint of {urdf.path.name}")
+    effort_max = np.array([efforts.get(name, np.inf) for name in joint_names])
+    for place, name in enumerate(joint_names):
+        _add_drive(spec, name, 0.0 if damping is None else float(damping[place]), effort_max[place])
+    _set_options(spec, given)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise FileError("urdf", body.urdf, f"is not understood by MuJoCo: {_first_line(error)}") from None
+    places = [model.joint(name) for name in joint_names]
+    index = {name: place for place, name in enumerate(joint_names)}
+    return World(
+        model=model,
+        base=1,
+        joint_names=joint_names,
+        position=np.array([joint.qposadr[0] for joint in places]),
+        velocity=np.array([joint.dofadr[0] for joint in places]),
+        effort_max=effort_max,
+        feet=tuple(model.geom(_FOOT + name).id for name in LEG_NAMES),
+        wheels=tuple(index.get(leg.wheel_joint or "") for _, leg in body.leg_list()),
+        steering=tuple(index.get(leg.steering_joint or "") for _, leg in body.leg_list()),
+        radius=np.array(known),
+        lift=float(np.mean(np.subtract(used, known))),
+    )
+
+
+def _read(urdf: Urdf, visual: bool) -> Any:
+    """The URDF as MuJoCo's editable description, without collision geometry."""
+    root = copy.deepcopy(urdf.root)
+    for link in root.findall("link"):
+        if link.get("name") == "world":  # MuJoCo would weld it
+            _rename(root, "world", _ROOT)
+        for part in [*link.findall("collision"), *link.findall("visual")]:
+            if part.tag == "visual" and visual and _can_be_shown(part, urdf):
+                continue
+            link.remove(part)
+    for extension in root.findall("mujoco"):
+        root.remove(extension)
+    settings = {"strippath": "false", "discardvisual": "false", "fusestatic": "false", "autolimits": "true"}
+    ET.SubElement(ET.SubElement(root, "mujoco"), "compiler", settings)
+    try:
+        return mujoco.MjSpec.from_string(ET.tostring(root, encoding="unicode"))
+    except ValueError as error:
+        raise FileError(
+            "urdf", str(urdf.path), f"is not understood by MuJoCo: {_first_line(error)}"
+        ) from None
+
+
+def _rename(root: ET.Element, old: str, new: str) -> None:
+    for element in root.iter():
+        for key in ("name", "link"):
+            if element.tag in ("link", "parent", "child") and element.get(key) == old:
+                element.set(key, new)
+
+
+def _can_be_shown(visual: ET.Element, urdf: Urdf) -> bool:
+    """Whether MuJoCo can draw it; makes the path of its mesh absolute."""
+    for mesh in visual.iter("mesh"):
+        file = urdf.find_mesh(mesh.get("filename", ""))
+        if file.suffix.lower() not in _MESHES:
+            return False
+        mesh.set("filename", str(file.absolute()))
+    return True
+
+
+def _limits(urdf: Urdf) -> dict[str, float]:
+    """Effort limits by joint, N m; a URDF writes 0 for "not known"."""
+    limits = {}
+    for joint in urdf.root.findall("joint"):
+        limit = joint.find("limit")
+        effort = 0.0 if limit is None else float(limit.get("effort", "0"))
+        limits[joint.get("name", "")] = effort if 0.0 < effort < UNLIMITED else np.inf
+    return limits
+
+
+def _radius(urdf: Urdf, leg: LegJoints) -> float:
+    """Radius of the wheel or of the ball of the foot; 0 if there is none."""
+    if leg.radius is not None:
+        return leg.radius
+    return urdf.radius(leg.frame) or 0.0
+
+
+def _add_foot(spec: Any, urdf: Urdf, name: str, leg: LegJoints, radius: float, friction: float) -> None:
+    body = spec.body(leg.frame)
+    foot = dict(
+        name=_FOOT + name,
+        mass=0.0,
+        contype=1,
+        conaffinity=0,
+        condim=3,
+        friction=[friction, 0.0, 0.0],
+        rgba=[0.1, 0.1, 0.1, 0.35],
+    )
+    if leg.wheel is None:
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0.0, 0.0], **foot)
+        return
+    half = WHEEL_WIDTH * radius * _axle(urdf, leg)
+    body.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
+        size=[radius, radius, radius],
+        fromto=[*-half, *half],
+        **foot,
+    )
+
+
+def _axle(urdf: Urdf, leg: LegJoints) -> Array:
+    """Unit vector along the wheel's axle in the frame of the wheel."""
+    for joint in urdf.root.findall("joint"):
+        if joint.get("name") == leg.wheel_joint:
+            axis = joint.find("axis")
+            text = "1 0 0" if axis is None else axis.get("xyz", "1 0 0")
+            direction = np.array([float(part) for part in text.split()])
+            return np.asarray(direction / np.linalg.norm(direction))
+    raise InputError("legs.wheel_joint", leg.wheel_joint, f"is not a joint of {urdf.path.name}")
+
+
+def _add_ground(spec: Any, height: float, friction: float, visual: bool) -> None:
+    ground = dict(
+        name=GROUND,
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.0, 0.0, 1.0],
+        pos=[0.0, 0.0, height],
+        contype=0,
+        conaffinity=1,
+        condim=3,
+        friction=[friction, 0.0, 0.0],
+        rgba=[0.85, 0.87, 0.9, 1.0],
+    )
+    if visual:
+        spec.add_texture(
+            name="squares",
+            type=mujoco.mjtTexture.mjTEXTURE_2D,
+            builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
+            rgb1=[0.85, 0.87, 0.9],
+            rgb2=[0.75, 0.78, 0.82],
+            width=256,
+            height=256,
+        )
+        textures = [""] * mujoco.mjtTextureRole.mjNTEXROLE
+        textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "squares"
+        spec.add_material(name="squares", texrepeat=[1.0, 1.0], texuniform=True, textures=textures)
+        ground |= {"material": "squares", "rgba": [1.0, 1.0, 1.0, 1.0]}
+        spec.worldbody.add_light(pos=[0.0, 0.0, 4.0], dir=[0.0, 0.0, -1.0], castshadow=False)
+    spec.worldbody.add_geom(**ground)
+
+
+def _add_drive(spec: Any, joint: str, damping: float, effort_max: float) -> None:
+    """A torque (the control) less the drive's damping, together within the effort limit."""
+    drive = spec.add_actuator(
+        name=joint,
+        target=joint,
+        trntype=mujoco.mjtTrn.mjTRN_JOINT,
+        gaintype=mujoco.mjtGain.mjGAIN_FIXED,
+        biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+    )
+    drive.gainprm[0] = 1.0
+    drive.biasprm[2] = -damping
+    if np.isfinite(effort_max):
+        drive.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+        drive.forcerange = [-effort_max, effort_max]
+
+
+def _set_options(spec: Any, given: Disturbances) -> None:
+    slope = np.radians(given.slope_deg)
+    option = spec.option
+    option.timestep = TIME_STEP
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.impratio = IMPEDANCE_RATIO
+    option.gravity = [-GRAVITY * np.sin(slope), 0.0, -GRAVITY * np.cos(slope)]
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).strip().splitlines()[0]
