@@ -6,7 +6,7 @@ coordinate, as its rate needs no inertia. Over a step of length h with constant 
     r, ṙ      exact (r̈ is constant)
     p_i       2-point Gauss quadrature of the foot's velocity; its height exactly (a parabola)
     L         exact in the mean lever arm of each foot, ∫ (r − p_i) dt / h × f_i, by the same quadrature
-    θ         explicit midpoint rule with the mean of L(t) over the step
+    θ         midpoint rule with the mean of L(t) over the step; the middle itself by L in its first half
 
 All functions take the module that does the arithmetic, `xp`: casadi for expressions, numpy for numbers. A
 vector is a list of its components, each an expression or an array over many steps at once.
@@ -72,8 +72,12 @@ def step(xp: Any, x: State, u: Sequence[FootInput], h: Scalar, robot: Figures) -
     ddr = [sum(foot.force[i] for foot in u) / robot.mass for i in range(3)]
     ddr[2] = ddr[2] - GRAVITY
     rate = euler_rate(xp, x.theta, x.L, robot)
-    theta_middle = [a + 0.5 * h * b for a, b in zip(x.theta, rate, strict=True)]
-    yaw_at = _yaw_path(xp, x, u, h, robot, rate, theta_middle)
+    torque = [0.0, 0.0, 0.0]
+    for foot, inputs in zip(x.feet, u, strict=True):
+        torque = _add(torque, 1.0, _cross(inputs.force, _minus(x.r, foot.p)))
+    # L in the middle of the first half: its change within the step counts where forces have just changed
+    theta_middle = _add(x.theta, 0.5 * h, euler_rate(xp, x.theta, _add(x.L, 0.25 * h, torque), robot))
+    yaw_at = _yaw_path(xp, x, torque, h, robot, rate, theta_middle)
 
     # moments of r over the step: ∫ r ds and ∫ (1 − s) r ds, s in [0, 1]
     r_mean = [a + h * b / 2 + h**2 * c / 6 for a, b, c in zip(x.r, x.dr, ddr, strict=True)]
@@ -146,14 +150,11 @@ def rotation(xp: Any, theta: Vector) -> list[list[Scalar]]:
 
 
 def _yaw_path(
-    xp: Any, x: State, u: Sequence[FootInput], h: Scalar, robot: Figures, rate: Vector, theta_middle: Vector
+    xp: Any, x: State, torque: Vector, h: Scalar, robot: Figures, rate: Vector, theta_middle: Vector
 ) -> Any:
-    """Yaw at a fraction of the step, for fixed wheels: quadratic, from the rates at begin and middle."""
+    """Yaw at a fraction of the step, which fixed wheels need: quadratic, from the rates at begin and middle."""
     if "fixed" not in robot.kinds:
         return lambda c: x.theta[0]
-    torque = [0.0, 0.0, 0.0]
-    for foot, inputs in zip(x.feet, u, strict=True):
-        torque = _add(torque, 1.0, _cross(inputs.force, _minus(x.r, foot.p)))
     rate_middle = euler_rate(xp, theta_middle, _add(x.L, 0.5 * h, torque), robot)
     return lambda c: x.theta[0] + c * h * rate[0] + c**2 * h * (rate_middle[0] - rate[0])
 
