@@ -152,7 +152,7 @@ def rotation(xp: Any, theta: Vector) -> list[list[Scalar]]:
 def _yaw_path(
     xp: Any, x: State, torque: Vector, h: Scalar, robot: Figures, rate: Vector, theta_middle: Vector
 ) -> Any:
-    """Yaw at a fraction of the step, which fixed wheels need: quadratic, from the rates at begin and middle."""
+    """Yaw at a fraction of the step, for fixed wheels: quadratic, from the rates at begin and middle."""
     if "fixed" not in robot.kinds:
         return lambda c: x.theta[0]
     rate_middle = euler_rate(xp, theta_middle, _add(x.L, 0.5 * h, torque), robot)
