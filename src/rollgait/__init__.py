@@ -7,6 +7,7 @@ True
 """
 
 from rollgait.errors import InputError, NotSolvedError, RollgaitError
+from rollgait.many import Outcome, plan_many
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.term import Constraint, Cost, FootConstraint
 from rollgait.plan.plan import Plan
@@ -29,6 +30,7 @@ __all__ = [
     "Instant",
     "JointTrajectory",
     "NotSolvedError",
+    "Outcome",
     "Plan",
     "Robot",
     "RollgaitError",
@@ -37,6 +39,7 @@ __all__ = [
     "find_robot",
     "find_scenario",
     "plan",
+    "plan_many",
     "robot_names",
     "scenario_names",
     "track",

@@ -22,9 +22,20 @@ MISSING = _Missing()
 
 
 class RollgaitError(Exception):
-    """Root of all errors that rollgait raises on purpose."""
+    """Root of all errors that rollgait raises on purpose. They can be pickled, to come home from a worker."""
 
     exit_status = 2
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (type(self), str(self), self.__dict__)
+
+
+def _restored(kind: type[RollgaitError], message: str, attributes: dict[str, Any]) -> RollgaitError:
+    """An error as it was pickled: its message is already put together."""
+    error = kind.__new__(kind)
+    error.args = (message,)
+    error.__dict__.update(attributes)
+    return error
 
 
 class InputError(RollgaitError, ValueError):
