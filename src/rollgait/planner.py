@@ -71,6 +71,8 @@ def plan(
     transcription, solver = _methods(transcription, solver)
     if multistart < 1:
         raise InputError("multistart", multistart, "must be at least 1")
+    if seed < 0:
+        raise InputError("seed", seed, "must be at least 0")
     asked = scenario if isinstance(scenario, Scenario) else find_scenario(str(scenario))
     if profile is not None:
         asked = asked.with_values({"profile": profile})

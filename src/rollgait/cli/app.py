@@ -10,7 +10,8 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import rollgait
-from rollgait.cli import check, export, library, plan, plot, robot, track
+from rollgait.cli import cache, check, export, library, many, plan, plot, robot, track
+from rollgait.cli.log import log_on_stderr
 from rollgait.cli.output import print_error
 from rollgait.cli.usage import Commands, usage_error
 from rollgait.errors import RollgaitError
@@ -22,6 +23,7 @@ app = typer.Typer(
     cls=Commands, rich_markup_mode=None, add_completion=False, pretty_exceptions_enable=False, name="rollgait"
 )
 app.command("plan")(plan.plan)
+app.command("many")(many.many)
 app.command("check")(check.check)
 app.command("plot")(plot.plot)
 app.command("export")(export.export)
@@ -29,6 +31,7 @@ app.command("track")(track.track)
 app.command("scenarios")(library.scenarios)
 app.command("robots")(library.robots)
 app.command("show")(library.show)
+app.command("cache")(cache.cache)
 app.add_typer(robot.app, name="robot")
 
 
@@ -60,9 +63,12 @@ def run(arguments: Sequence[str] | None = None) -> int:
         arguments: as a shell would pass them; those of this process if not given.
     """
     try:
-        status: Any = app(
-            list(arguments) if arguments is not None else None, prog_name="rollgait", standalone_mode=False
-        )
+        with log_on_stderr():
+            status: Any = app(
+                list(arguments) if arguments is not None else None,
+                prog_name="rollgait",
+                standalone_mode=False,
+            )
     except RollgaitError as error:
         print_error(str(error))
         return error.exit_status

@@ -28,6 +28,16 @@ Profile = Annotated[
         metavar="NAME", help="Default weights and bounds: paper or executable. Short for --set profile."
     ),
 ]
+Starts = Annotated[
+    int,
+    typer.Option(metavar="N", min=1, help="Solve from N initial guesses and keep the cheapest result."),
+]
+Seed = Annotated[
+    int, typer.Option(metavar="N", min=0, help="Seed of the random ones among the initial guesses.")
+]
+Kernels = Annotated[
+    bool, typer.Option("--kernels/--no-kernels", help="Use functions compiled to machine code.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
 
 

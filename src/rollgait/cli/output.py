@@ -14,6 +14,9 @@ from rich.text import Text
 STYLES = {"pass": "green", "fail": "bold red", "not promised": "dim", "not certified": "bold red"}
 """Colours of words that stand alone in a cell; only terminals show them."""
 
+ERRORS = Console(stderr=True, highlight=False, soft_wrap=True)
+"""stderr: one console for all that writes there, so that lines do not run into a progress line."""
+
 NEGLIGIBLE = 1e-12
 """What a person reads as 0: rounding errors of sums, in SI units."""
 
@@ -21,6 +24,11 @@ NEGLIGIBLE = 1e-12
 def print_error(message: str) -> None:
     """One line on stderr."""
     print("error:", " ".join(message.split()), file=sys.stderr)
+
+
+def print_note(message: str) -> None:
+    """One quiet line on stderr."""
+    ERRORS.print(Text(" ".join(message.split()), style="dim"))
 
 
 def print_json(data: Any) -> None:

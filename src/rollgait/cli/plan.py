@@ -8,7 +8,16 @@ from typing import Annotated
 
 import typer
 
-from rollgait.cli.arguments import AsJson, Profile, ScenarioName, Settings, scenario_with
+from rollgait.cli.arguments import (
+    AsJson,
+    Kernels,
+    Profile,
+    ScenarioName,
+    Seed,
+    Settings,
+    Starts,
+    scenario_with,
+)
 from rollgait.cli.output import print_json
 from rollgait.cli.progress import Progress
 from rollgait.cli.report import print_certificate, print_plan
@@ -28,6 +37,15 @@ def plan(
     solver: Annotated[
         str | None, typer.Option(metavar="NAME", help="What solves the NLP: fatrop or ipopt.")
     ] = None,
+    warm_start: Annotated[
+        Path | None,
+        typer.Option(
+            "--from", metavar="PLAN", help="Start from a plan, perhaps for another goal or horizon."
+        ),
+    ] = None,
+    starts: Starts = 1,
+    seed: Seed = 0,
+    kernels: Kernels = True,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Where to write. Default: <scenario>.npz in this folder."),
@@ -44,11 +62,21 @@ def plan(
         check_writable(out)
     target = _target(out or Path(f"{Path(scenario).stem}.npz"))
     check_writable(target)
+    earlier = None if warm_start is None else Plan.load(warm_start)
     from rollgait.planner import plan as make_plan  # loads CasADi: only once the input is known to be right
 
     try:
         with Progress(quiet=as_json) as progress:
-            found = make_plan(asked, transcription=transcription, solver=solver, progress=progress)
+            found = make_plan(
+                asked,
+                transcription=transcription,
+                solver=solver,
+                warm_start=earlier,
+                multistart=starts,
+                seed=seed,
+                kernels=kernels,
+                progress=progress,
+            )
     except NotSolvedError as error:
         _keep_iterate(error, target, as_json)
         raise

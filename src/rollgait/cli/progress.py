@@ -5,10 +5,9 @@ from __future__ import annotations
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from rich.console import Console
 from rich.status import Status
 
-from rollgait.cli.output import number
+from rollgait.cli.output import ERRORS, number
 
 if TYPE_CHECKING:
     from rollgait.solvers import Iteration
@@ -18,9 +17,8 @@ class Progress:
     """Shows each iteration that it is called with; shows nothing if stderr is not a terminal."""
 
     def __init__(self, quiet: bool = False) -> None:
-        console = Console(stderr=True)
-        shown = console.is_terminal and not quiet
-        self._status: Status | None = console.status("building the problem …") if shown else None
+        shown = ERRORS.is_terminal and not quiet
+        self._status: Status | None = ERRORS.status("building the problem …") if shown else None
 
     def __enter__(self) -> Self:
         if self._status is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rollgait.cli.output import number, print_table
-from rollgait.plan.plan import Plan
+from rollgait.plan.plan import Plan, Statistics
 
 if TYPE_CHECKING:
     from rollgait.plan.certificate import Certificate
@@ -26,9 +26,22 @@ def print_plan(plan: Plan, name: str) -> None:
             ("problem", f"{s.transcription}, {s.solver}: {size}"),
         ]
     )
+    if len(s.starts) > 1:
+        _print_starts(s)
     print("\ncost")
     parts = [(term, number(cost, 4)) for term, cost in s.costs.items()]
     print_table([*parts, ("total", number(s.cost, 4))], right=[1])
+
+
+def _print_starts(statistics: Statistics) -> None:
+    """What came of each initial guess, and which one this plan is from."""
+    print("\nstarts")
+    rows = [("from", "cost", "iterations", "time", "")]
+    for start in statistics.starts:
+        cost = number(start.cost, 6) if start.solved else "not solved"
+        chosen = "chosen" if start.name == statistics.start else ""
+        rows.append((start.name, cost, str(start.iterations), f"{start.solve_time:.2f} s", chosen))
+    print_table(rows, right=[1, 2, 3])
 
 
 def print_certificate(certificate: Certificate) -> None:
