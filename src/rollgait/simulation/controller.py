@@ -13,6 +13,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from rollgait.errors import UnknownNameError
 from rollgait.robot.robot import Robot
@@ -30,14 +31,13 @@ stepping motions fall."""
 DAMPING_TIME: Final = 0.02
 """Damping over stiffness, s."""
 
-STEERING_SHARE: Final = 1.0 / 3.0
-"""Stiffness of steering joints and of the upper body over that of the legs: they carry less."""
+LIGHT_SHARE: Final = 1.0 / 3.0
+"""Stiffness of wheels, steering joints and the upper body over that of the legs: they carry less. Wheels much
+softer than that give way where they are locked: 33 mm instead of 25 mm at the end of the legged motion."""
 
-WHEEL_SHARE: Final = 1.0 / 15.0
-"""Stiffness of wheels over that of the legs."""
-
-WHEEL_DAMPING_TIME: Final = 0.1
-"""Damping over stiffness of the wheels, s."""
+SMOOTHING: Final = 0.1
+"""Width of the moving average that what is planned goes through, s: about one interval of a plan, in which speeds
+and forces are constant. Their jumps at its ends would make wheels slip."""
 
 
 @dataclass(frozen=True)
@@ -75,11 +75,11 @@ def gains_for(
     if wheel_mode not in WHEEL_MODES:
         raise UnknownNameError("wheels", wheel_mode, WHEEL_MODES)
     leg = LEG_STIFFNESS * robot.weight * robot.height
-    stiffness = np.full(count, STEERING_SHARE * leg)
+    stiffness = np.full(count, LIGHT_SHARE * leg)
     stiffness[legs] = leg
     damping = DAMPING_TIME * stiffness
-    stiffness[wheels] = WHEEL_SHARE * leg if wheel_mode == "angle" else 0.0
-    damping[wheels] = WHEEL_DAMPING_TIME * WHEEL_SHARE * leg
+    if wheel_mode == "velocity":
+        stiffness[wheels] = 0.0
     return Gains(stiffness, damping)
 
 
@@ -98,14 +98,18 @@ class Reference:
 
 def reference_at(joints: JointTrajectory, times: Array) -> Reference:
     """The joint trajectory at `times`, (steps,), s; the rest after its end."""
-    rest = times > joints.time[-1]
-    velocity = interpolated(times, joints.time, joints.joint_velocity)
-    velocity[rest] = 0.0
-    return Reference(
-        interpolated(times, joints.time, joints.joint_position),
-        velocity,
-        interpolated(times, joints.time, joints.joint_torque),
-    )
+    position = interpolated(times, joints.time, joints.joint_position)
+    torque = interpolated(times, joints.time, joints.joint_torque)
+    step = float(times[1] - times[0])
+    position, torque = (_averaged(values, round(SMOOTHING / step)) for values in (position, torque))
+    return Reference(position, np.gradient(position, step, axis=0), torque)
+
+
+def _averaged(values: Array, width: int) -> Array:
+    """Mean over `width` steps about each step, the ends held."""
+    if width < 2:
+        return values
+    return np.asarray(uniform_filter1d(values, width, axis=0, mode="nearest"))
 
 
 def interpolated(times: Array, known: Array, values: Array) -> Array:
@@ -142,6 +146,8 @@ class Controller:
             position: measured joint angles now, (n_j,), rad.
         """
         error = self._reference.position[step] + self.shift - position
-        wanted = self._gains.stiffness * error + self._feedforward[step] + self._gains.damping * self.shift_rate
+        wanted = (
+            self._gains.stiffness * error + self._feedforward[step] + self._gains.damping * self.shift_rate
+        )
         self._waiting.append(wanted)
         return self._waiting.pop(0) if len(self._waiting) > self._delay else self._waiting[0]

@@ -83,7 +83,9 @@ class Payload(Config):
         """`5kg`, or with its place on the base link in metres `5kg@0.1,0.1,0.2`. Raises `InputError`."""
         found = _PAYLOAD.fullmatch(text.strip())
         if found is None:
-            rule = "must be MASS or MASS@X,Y,Z with the place on the base link in metres, e.g. 5kg@0.1,0.1,0.2"
+            rule = (
+                "must be MASS or MASS@X,Y,Z with the place on the base link in metres, e.g. 5kg@0.1,0.1,0.2"
+            )
             raise InputError("payload", text, rule)
         x, y, z = (float(part) for part in (found["place"] or "0,0,0").split(","))
         return cls(mass=float(found["mass"]), place=(x, y, z))
@@ -139,6 +141,8 @@ def parse_quantity(field: str, text: str) -> float:
     found = re.fullmatch(rf"({_NUMBER})\s*([a-z%]*)", text.strip())
     units = _UNITS[field]
     if found is None or found[2] not in units:
-        rule = f"must be a number{' with an optional unit' if len(units) > 1 else ''}, e.g. {_EXAMPLES[field]}"
+        rule = (
+            f"must be a number{' with an optional unit' if len(units) > 1 else ''}, e.g. {_EXAMPLES[field]}"
+        )
         raise InputError(field, text, rule, [unit for unit in units if unit])
     return float(found[1]) * units[found[2]]

@@ -1,14 +1,16 @@
-"""Feedback of the base pose: a correction twist of the base, carried out by the wheels.
+"""Feedback of the base pose: a correction twist of the base, carried out by the wheels, and by the legs.
 
 The twist takes the base to its planned pose in the ground plane. A wheel i at p_i shall then move by
 δ_i = v + ω × (p_i − p_base) on top of its planned velocity: along its heading it rolls faster, across it steers,
-by δ⊥ v / (v² + ε²), as it must roll to get aside.
+by δ⊥ v / (v² + ε²), as it must roll to get aside. After the last step, as far as the wheels stand still, the legs
+shift the base sideways over the feet.
 """
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Any, Final
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +22,7 @@ Array = NDArray[np.float64]
 PERIOD: Final = 0.005
 """Time between two corrections, s."""
 
-GAIN: Final = 3.0
+GAIN: Final = 1.0
 """Share of the error that is taken back per second, 1/s."""
 
 SPEED_MAX: Final = 0.2
@@ -38,6 +40,21 @@ STEERING_RATE: Final = 1.5
 SLOW: Final = 0.1
 """ε: a wheel that rolls more slowly steers less, m/s."""
 
+SHIFT_MAX: Final = 0.04
+"""Farthest that the legs shift the base over the feet, m."""
+
+SHIFT_SPEED: Final = 0.05
+"""Largest speed of that, m/s."""
+
+SHIFT_GAIN: Final = 4.0
+"""Share of the error that the legs take back per second, 1/s."""
+
+AFTER_STEP: Final = 0.1
+"""From how long after the last step on the legs shift the base, s."""
+
+POSITION_WEIGHT: Final = 1e4
+"""Of a foot's place over its orientation where a leg cannot keep both, 1/m² per 1/rad²."""
+
 
 class BaseFeedback:
     """Turns errors of the base pose into shifts of the joints.
@@ -51,21 +68,23 @@ class BaseFeedback:
         self._world, self._joints = world, joints
         self._rolled = np.zeros(4)
         self._steered = np.zeros(4)
-        self._rolling = np.zeros(4)
+        self._shifted = 0.0
+        steps = joints.time[~joints.reference.contact.all(axis=1)]
+        self._stands_from = float(steps[-1]) + AFTER_STEP if len(steps) else 0.0
+        self._legs = [np.zeros(len(leg)) for leg in world.legs]
 
-    def update(self, time: float, p_base: Array, yaw: float, axes: Array) -> tuple[Array, Array]:
+    def update(self, time: float, data: Any) -> tuple[Array, Array]:
         """Δq (n_j,), rad, and Δq̇ (n_j,), rad/s, to hold for the next period.
 
         Args:
             time: s.
-            p_base: measured origin of the base link, (3,), m.
-            yaw: measured yaw of the base link, rad.
-            axes: axes of the joints in the world, (n_j, 3).
+            data: MuJoCo's data: the base pose is taken from it as it is, without noise.
         """
         plan = self._joints
         k = min(int(np.searchsorted(plan.time, time)), len(plan.time) - 1)
         moving = time <= plan.time[-1]
-        away = plan.base_position[k, :2] - p_base[:2]
+        yaw = yaw_of(np.roll(data.qpos[3:7], -1))
+        away = plan.base_position[k, :2] - data.qpos[:2]
         turned = wrapped(yaw_of(plan.base_quaternion[k]) - yaw)
         velocity = bounded(GAIN * away, SPEED_MAX)
         rate = float(np.clip(GAIN * turned, -TURN_MAX, TURN_MAX))
@@ -73,29 +92,50 @@ class BaseFeedback:
         lever = samples.foot_position[k, :, :2] - plan.base_position[k, :2]
         wanted = velocity + rate * np.stack([-lever[:, 1], lever[:, 0]], axis=1)
         heading, speed = samples.heading[k], samples.speed[k] * moving
+        stance = samples.contact[k]
         c, s = np.cos(heading), np.sin(heading)
         along = wanted[:, 0] * c + wanted[:, 1] * s
         across = wanted[:, 1] * c - wanted[:, 0] * s
+        rolling = np.where(stance, along, 0.0) / np.where(self._world.radius > 0.0, self._world.radius, 1.0)
+        self._rolled += rolling * PERIOD
         steering = turned + across * speed / (speed**2 + SLOW**2)
         steering = np.clip(steering, -STEERING_MAX, STEERING_MAX)
-        stance = samples.contact[k]
         change = np.clip(steering - self._steered, -STEERING_RATE * PERIOD, STEERING_RATE * PERIOD)
-        self._steered = self._steered + change
-        self._rolling = np.where(stance, along, 0.0) / np.where(self._world.radius > 0.0, self._world.radius, 1.0)
-        self._rolled = self._rolled + self._rolling * PERIOD
-        return self._as_joints(axes, heading, change / PERIOD)
+        self._steered += change
+        left = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
+        standing = SLOW**2 / (float(np.mean(speed[stance] ** 2)) + SLOW**2) if stance.any() else 0.0
+        if time >= self._stands_from:
+            speed_left = np.clip(standing * SHIFT_GAIN * (away @ left[:2]), -SHIFT_SPEED, SHIFT_SPEED)
+            shifted = float(np.clip(self._shifted + speed_left * PERIOD, -SHIFT_MAX, SHIFT_MAX))
+            self._shift_legs(data, (shifted - self._shifted) * left)
+            self._shifted = shifted
+        return self._as_joints(data.xaxis[self._world.joints], heading, rolling, change / PERIOD)
 
-    def _as_joints(self, axes: Array, heading: Array, steering_rate: Array) -> tuple[Array, Array]:
+    def _shift_legs(self, data: Any, step: Array) -> None:
+        """Moves the base over the feet by `step` in the world, (3,), m."""
+        world = self._world
+        J_p, J_r = np.zeros((3, world.model.nv)), np.zeros((3, world.model.nv))
+        for leg, places in enumerate(world.legs):
+            mujoco.mj_jacGeom(world.model, data, J_p, J_r, world.feet[leg])
+            columns = world.velocity[places]
+            J = np.concatenate([np.sqrt(POSITION_WEIGHT) * J_p[:, columns], J_r[:, columns]])
+            wanted = np.concatenate([-np.sqrt(POSITION_WEIGHT) * step, np.zeros(3)])
+            self._legs[leg] += np.linalg.lstsq(J, wanted, rcond=1e-3)[0]
+
+    def _as_joints(
+        self, axes: Array, heading: Array, rolling: Array, steering_rate: Array
+    ) -> tuple[Array, Array]:
         shift, rate = np.zeros(len(axes)), np.zeros(len(axes))
-        for leg in range(4):
+        for leg, places in enumerate(self._world.legs):
+            shift[places] += self._legs[leg]
             wheel, steering = self._world.wheels[leg], self._world.steering[leg]
             if wheel is not None:
                 left = np.array([-np.sin(heading[leg]), np.cos(heading[leg]), 0.0])
                 sign = np.sign(axes[wheel] @ left)
-                shift[wheel], rate[wheel] = sign * self._rolled[leg], sign * self._rolling[leg]
+                shift[wheel], rate[wheel] = sign * self._rolled[leg], sign * rolling[leg]
             if steering is not None:
                 sign = np.sign(axes[steering, 2])
-                shift[steering] = sign * self._steered[leg]
+                shift[steering] += sign * self._steered[leg]
                 rate[steering] = sign * steering_rate[leg]
         return shift, rate
 

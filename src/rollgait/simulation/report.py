@@ -147,5 +147,7 @@ def _joint_use(log: SimulationLog) -> tuple[JointUse, ...]:
     use = []
     for joint, name in enumerate(log.joint_names):
         torque = float(log.torque_peak[when[joint], joint])
-        use.append(JointUse(name, torque, torque / float(log.effort_max[joint]), float(log.time[when[joint]])))
+        use.append(
+            JointUse(name, torque, torque / float(log.effort_max[joint]), float(log.time[when[joint]]))
+        )
     return tuple(sorted(use, key=lambda item: -item.share))

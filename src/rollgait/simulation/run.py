@@ -10,12 +10,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.robot.urdf_files import read_urdf
 from rollgait.robot.whole_body import WholeBody
 from rollgait.simulation.controller import Controller, Gains, gains_for, interpolated, reference_at
 from rollgait.simulation.disturbances import Disturbances
-from rollgait.simulation.feedback import PERIOD, BaseFeedback, yaw_of
+from rollgait.simulation.feedback import PERIOD, BaseFeedback
 from rollgait.simulation.log import SimulationLog
-from rollgait.simulation.world import TIME_STEP, World, build_world
+from rollgait.simulation.world import TIME_STEP, World, build_world, leg_joints
 from rollgait.tracking.joints import JointTrajectory
 
 Array = NDArray[np.float64]
@@ -45,25 +46,19 @@ def run(
     """Simulates a joint trajectory; see `rollgait.simulate`."""
     ground = _ground_height(joints)
     drives = gains or _gains(joints, body, wheels)
-    world = build_world(
-        body, joints.joint_names, disturbances, damping=drives.damping, ground_height=ground
-    )
+    world = build_world(body, joints.joint_names, disturbances, damping=drives.damping, ground_height=ground)
     return _Run(world, joints, disturbances, drives, feedback, ground).log()
 
 
 def _gains(joints: JointTrajectory, body: WholeBody, wheels: str) -> Gains:
-    from rollgait.robot.urdf_files import read_urdf
-
-    urdf = read_urdf(body.urdf)
-    legs, turning = set(), set()
-    for _, leg in body.leg_list():
-        legs |= {joint.name for joint in urdf.chain(leg.frame)} - {leg.wheel_joint, leg.steering_joint}
-        turning.add(leg.wheel_joint)
     names = joints.joint_names
+    light = {name for _, leg in body.leg_list() for name in (leg.wheel_joint, leg.steering_joint)}
+    carrying = np.concatenate(leg_joints(body, read_urdf(body.urdf), names))
+    turning = {leg.wheel_joint for _, leg in body.leg_list()}
     return gains_for(
         joints.robot,
         len(names),
-        [place for place, name in enumerate(names) if name in legs],
+        [place for place in carrying if names[place] not in light],
         [place for place, name in enumerate(names) if name in turning],
         wheels,
     )
@@ -95,7 +90,6 @@ class _Run:
         delay = round(disturbances.latency / TIME_STEP)
         self._controller = Controller(gains, reference_at(joints, self._times), delay)
         self._feedback = BaseFeedback(world, joints) if feedback else None
-        self._joint_ids = world.model.actuator_trnid[:, 0]
         self._rows: list[dict[str, Array]] = []
         self._begin()
 
@@ -140,8 +134,7 @@ class _Run:
     def _correct(self, time: float) -> None:
         data, feedback = self._data, self._feedback
         assert feedback is not None
-        yaw = yaw_of(np.roll(data.qpos[3:7], -1))
-        shift, rate = feedback.update(time, data.qpos[:3], yaw, data.xaxis[self._joint_ids])
+        shift, rate = feedback.update(time, data)
         self._controller.shift, self._controller.shift_rate = shift, rate
 
     def _push(self, time: float) -> None:
@@ -219,8 +212,6 @@ class _Run:
             fallen_at=fallen_at,
             wall_time=wall_time,
         )
-
-
 
 
 def _without_jumps(quaternions: Array) -> Array:

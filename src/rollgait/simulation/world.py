@@ -30,6 +30,9 @@ TIME_STEP: Final = 1e-3
 IMPEDANCE_RATIO: Final = 50.0
 """Of frictional to normal constraints: with MuJoCo's default of 1 a loaded foot slides."""
 
+CONTACT_TIME: Final = 5e-3
+"""Time constant of a contact, s. With MuJoCo's default of 20 ms loaded wheels creep four times as fast."""
+
 WHEEL_WIDTH: Final = 0.25
 """Half the width of a wheel's ellipsoid as a share of its radius."""
 
@@ -56,6 +59,8 @@ class World:
         feet: (4,), numbers of the geoms that touch the ground, FL, FR, HL, HR.
         wheels, steering: for each leg the place of its wheel and steering joint in `joint_names`; None where
             it has none.
+        legs: for each leg the places of the joints that carry it, without its wheel's, from the base down.
+        joints: (n_j,), numbers of the joints in MuJoCo's model.
         radius: (4,), radius of the feet as the controller knows it, m.
         lift: by how much the true feet raise the robot above where the plan has it, m.
     """
@@ -69,6 +74,8 @@ class World:
     feet: tuple[int, ...]
     wheels: tuple[int | None, ...]
     steering: tuple[int | None, ...]
+    legs: tuple[NDArray[np.int_], ...]
+    joints: NDArray[np.int_]
     radius: Array
     lift: float
 
@@ -149,9 +156,20 @@ def build_world(
         feet=tuple(model.geom(_FOOT + name).id for name in LEG_NAMES),
         wheels=tuple(index.get(leg.wheel_joint or "") for _, leg in body.leg_list()),
         steering=tuple(index.get(leg.steering_joint or "") for _, leg in body.leg_list()),
+        legs=leg_joints(body, urdf, joint_names),
+        joints=np.array([joint.id for joint in places]),
         radius=np.array(known),
         lift=float(np.mean(np.subtract(used, known))),
     )
+
+
+def leg_joints(body: WholeBody, urdf: Urdf, joint_names: tuple[str, ...]) -> tuple[NDArray[np.int_], ...]:
+    """For each leg the places in `joint_names` of its joints without the wheel's, from the base down."""
+    legs = []
+    for _, leg in body.leg_list():
+        names = [joint.name for joint in urdf.chain(leg.frame) if joint.name != leg.wheel_joint]
+        legs.append(np.array([joint_names.index(name) for name in names if name in joint_names], dtype=int))
+    return tuple(legs)
 
 
 def _read(urdf: Urdf, visual: bool) -> Any:
@@ -218,6 +236,7 @@ def _add_foot(spec: Any, urdf: Urdf, name: str, leg: LegJoints, radius: float, f
         contype=1,
         conaffinity=0,
         condim=3,
+        solref=[CONTACT_TIME, 1.0],
         friction=[friction, 0.0, 0.0],
         rgba=[0.1, 0.1, 0.1, 0.35],
     )
@@ -253,6 +272,7 @@ def _add_ground(spec: Any, height: float, friction: float, visual: bool) -> None
         contype=0,
         conaffinity=1,
         condim=3,
+        solref=[CONTACT_TIME, 1.0],
         friction=[friction, 0.0, 0.0],
         rgba=[0.85, 0.87, 0.9, 1.0],
     )
