@@ -17,6 +17,7 @@ from rollgait.robot.library import find_robot, robot_names
 from rollgait.robot.robot import Robot
 from rollgait.scenario.library import find_scenario, scenario_names
 from rollgait.scenario.scenario import Scenario
+from rollgait.simulation import Disturbances, SimulationLog, simulate
 from rollgait.tracking import JointTrajectory, track
 
 __version__ = "0.1.0"
@@ -24,6 +25,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Constraint",
     "Cost",
+    "Disturbances",
     "Foot",
     "FootConstraint",
     "InputError",
@@ -36,11 +38,13 @@ __all__ = [
     "RollgaitError",
     "Samples",
     "Scenario",
+    "SimulationLog",
     "find_robot",
     "find_scenario",
     "plan",
     "plan_many",
     "robot_names",
     "scenario_names",
+    "simulate",
     "track",
 ]

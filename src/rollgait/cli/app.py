@@ -10,7 +10,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import rollgait
-from rollgait.cli import cache, check, export, library, many, plan, plot, robot, track
+from rollgait.cli import cache, check, export, library, many, plan, plot, robot, simulate, track
 from rollgait.cli.log import log_on_stderr
 from rollgait.cli.output import print_error
 from rollgait.cli.usage import Commands, usage_error
@@ -28,6 +28,7 @@ app.command("check")(check.check)
 app.command("plot")(plot.plot)
 app.command("export")(export.export)
 app.command("track")(track.track)
+app.command("simulate")(simulate.simulate)
 app.command("scenarios")(library.scenarios)
 app.command("robots")(library.robots)
 app.command("show")(library.show)

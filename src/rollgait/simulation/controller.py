@@ -36,8 +36,8 @@ LIGHT_SHARE: Final = 1.0 / 3.0
 softer than that give way where they are locked: 33 mm instead of 25 mm at the end of the legged motion."""
 
 SMOOTHING: Final = 0.1
-"""Width of the moving average that what is planned goes through, s: about one interval of a plan, in which speeds
-and forces are constant. Their jumps at its ends would make wheels slip."""
+"""Width of the moving average that what is planned goes through, s: about one interval of a plan, in which
+speeds and forces are constant. Their jumps at its ends would make wheels slip."""
 
 
 @dataclass(frozen=True)

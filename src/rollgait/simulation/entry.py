@@ -24,9 +24,9 @@ def simulate(
 ) -> SimulationLog:
     """Lets the whole body execute a motion in MuJoCo, which shares nothing with the planner.
 
-    Joint PD and feed-forward torques, clipped at the effort limits; 1 ms steps, elliptic friction cones. Only
-    the feet collide, and joints are rigid. The robot begins at rest where the plan begins, and stands for half a
-    second after the motion.
+    Joint PD and feed-forward torques, clipped at the effort limits; 1 ms steps, elliptic friction cones.
+    Only the feet collide, and joints are rigid. The robot begins at rest where the plan begins, and stands
+    for half a second after the motion.
 
     Args:
         motion: a joint trajectory, or a plan, which is tracked first.

@@ -1,9 +1,9 @@
 """Feedback of the base pose: a correction twist of the base, carried out by the wheels, and by the legs.
 
 The twist takes the base to its planned pose in the ground plane. A wheel i at p_i shall then move by
-δ_i = v + ω × (p_i − p_base) on top of its planned velocity: along its heading it rolls faster, across it steers,
-by δ⊥ v / (v² + ε²), as it must roll to get aside. After the last step, as far as the wheels stand still, the legs
-shift the base sideways over the feet.
+δ_i = v + ω × (p_i − p_base) on top of its planned velocity: along its heading it rolls faster, across it
+steers, by δ⊥ v / (v² + ε²), as it must roll to get aside. After the last step, as far as the wheels stand
+still, the legs shift the base sideways over the feet.
 """
 
 from __future__ import annotations
@@ -33,6 +33,9 @@ TURN_MAX: Final = 0.4
 
 STEERING_MAX: Final = 0.25
 """Largest correction of a heading, rad."""
+
+STEERING_TIME: Final = 0.1
+"""Time constant with which a heading is corrected, s."""
 
 STEERING_RATE: Final = 1.5
 """Largest rate of that correction, rad/s."""
@@ -100,7 +103,8 @@ class BaseFeedback:
         self._rolled += rolling * PERIOD
         steering = turned + across * speed / (speed**2 + SLOW**2)
         steering = np.clip(steering, -STEERING_MAX, STEERING_MAX)
-        change = np.clip(steering - self._steered, -STEERING_RATE * PERIOD, STEERING_RATE * PERIOD)
+        change = (steering - self._steered) * PERIOD / STEERING_TIME
+        change = np.clip(change, -STEERING_RATE * PERIOD, STEERING_RATE * PERIOD)
         self._steered += change
         left = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
         standing = SLOW**2 / (float(np.mean(speed[stance] ** 2)) + SLOW**2) if stance.any() else 0.0

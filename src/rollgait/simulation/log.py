@@ -1,4 +1,4 @@
-"""What happened in a simulation, as plain arrays beside the plan. Needs no physics engine to save and load."""
+"""What happened in a simulation, as plain arrays beside the plan. Saving and loading need no physics."""
 
 from __future__ import annotations
 
@@ -55,6 +55,7 @@ class SimulationLog:
         robot: the planner's robot.
         disturbances: what was not as planned.
         feedback: whether the base pose was fed back.
+        ground_height: z of the ground, m.
         motion_end: when the planned motion ends, s; the robot stands still from then on.
         fallen_at: when it fell, s; None if it did not. The log ends there.
         wall_time: how long the simulation took, s.
@@ -81,6 +82,7 @@ class SimulationLog:
     robot: Robot
     disturbances: Disturbances
     feedback: bool
+    ground_height: float
     motion_end: float
     fallen_at: float | None
     wall_time: float
@@ -154,7 +156,7 @@ class SimulationLog:
             raise FileError("log", name, f"is damaged: {reason}") from None
 
 
-_PLAIN: Final = ("feedback", "motion_end", "fallen_at", "wall_time")
+_PLAIN: Final = ("feedback", "ground_height", "motion_end", "fallen_at", "wall_time")
 _ARRAYS: Final = tuple(
     field.name
     for field in fields(SimulationLog)

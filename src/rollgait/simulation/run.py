@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time as clock
-
 from typing import Any, Final
 
 import mujoco
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.robot.whole_body import WholeBody
-from rollgait.simulation.controller import Controller, Gains, gains_for, interpolated, reference_at
+from rollgait.simulation.controller import SMOOTHING, Controller, Gains, gains_for, interpolated, reference_at
 from rollgait.simulation.disturbances import Disturbances
 from rollgait.simulation.feedback import PERIOD, BaseFeedback
 from rollgait.simulation.log import SimulationLog
@@ -29,6 +28,9 @@ FALLEN_TILT: Final = np.radians(45.0)
 
 FALLEN_HEIGHT: Final = 0.5
 """Share of its planned height above the ground below which the base counts as fallen."""
+
+LEAD: Final = 0.5 * SMOOTHING
+"""How long before t = 0 the simulation begins, s: the smoothed motion begins there, from rest."""
 
 STANDING: Final = 0.5
 """How long the robot stands after the motion, s: where it comes to rest counts."""
@@ -86,7 +88,9 @@ class _Run:
         self._data: Any = mujoco.MjData(world.model)
         end = float(joints.time[-1])
         self._end = end
-        self._times = np.arange(round((end + STANDING) / TIME_STEP) + 1) * TIME_STEP
+        self._times: Array = (
+            np.arange(-round(LEAD / TIME_STEP), round((end + STANDING) / TIME_STEP) + 1) * TIME_STEP
+        )
         delay = round(disturbances.latency / TIME_STEP)
         self._controller = Controller(gains, reference_at(joints, self._times), delay)
         self._feedback = BaseFeedback(world, joints) if feedback else None
@@ -111,12 +115,13 @@ class _Run:
         peak = np.zeros(len(world.joint_names))
         fallen_at = None
         for step, time in enumerate(self._times):
-            if self._feedback is not None and step % correction == 0:
+            if self._feedback is not None and time >= 0.0 and step % correction == 0:
                 self._correct(float(time))
             data.ctrl[:] = self._controller.control(step, data.qpos[world.position])
             self._push(float(time))
             mujoco.mj_step1(model, data)
-            noted = step % every == 0
+            number = round(float(time) / TIME_STEP)
+            noted = number >= 0 and number % every == 0
             row = self._state(float(time)) if noted else {}
             mujoco.mj_step2(model, data)  # forces are known only here, where positions have moved on
             force += self._contact_forces()
@@ -208,6 +213,7 @@ class _Run:
             robot=joints.robot,
             disturbances=self._disturbances,
             feedback=self._feedback is not None,
+            ground_height=self._ground,
             motion_end=self._end,
             fallen_at=fallen_at,
             wall_time=wall_time,

@@ -137,8 +137,8 @@ def build_world(
     if missing:
         raise InputError("joints", missing[0], f"is not a joint of {urdf.path.name}")
     effort_max = np.array([efforts.get(name, np.inf) for name in joint_names])
-    for place, name in enumerate(joint_names):
-        _add_drive(spec, name, 0.0 if damping is None else float(damping[place]), effort_max[place])
+    for place, driven in enumerate(joint_names):
+        _add_drive(spec, driven, 0.0 if damping is None else float(damping[place]), effort_max[place])
     _set_options(spec, given)
     try:
         model = spec.compile()
@@ -230,16 +230,16 @@ def _radius(urdf: Urdf, leg: LegJoints) -> float:
 
 def _add_foot(spec: Any, urdf: Urdf, name: str, leg: LegJoints, radius: float, friction: float) -> None:
     body = spec.body(leg.frame)
-    foot = dict(
-        name=_FOOT + name,
-        mass=0.0,
-        contype=1,
-        conaffinity=0,
-        condim=3,
-        solref=[CONTACT_TIME, 1.0],
-        friction=[friction, 0.0, 0.0],
-        rgba=[0.1, 0.1, 0.1, 0.35],
-    )
+    foot = {
+        "name": _FOOT + name,
+        "mass": 0.0,
+        "contype": 1,
+        "conaffinity": 0,
+        "condim": 3,
+        "solref": [CONTACT_TIME, 1.0],
+        "friction": [friction, 0.0, 0.0],
+        "rgba": [0.1, 0.1, 0.1, 0.35],
+    }
     if leg.wheel is None:
         body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0.0, 0.0], **foot)
         return
@@ -264,18 +264,18 @@ def _axle(urdf: Urdf, leg: LegJoints) -> Array:
 
 
 def _add_ground(spec: Any, height: float, friction: float, visual: bool) -> None:
-    ground = dict(
-        name=GROUND,
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0.0, 0.0, 1.0],
-        pos=[0.0, 0.0, height],
-        contype=0,
-        conaffinity=1,
-        condim=3,
-        solref=[CONTACT_TIME, 1.0],
-        friction=[friction, 0.0, 0.0],
-        rgba=[0.85, 0.87, 0.9, 1.0],
-    )
+    ground = {
+        "name": GROUND,
+        "type": mujoco.mjtGeom.mjGEOM_PLANE,
+        "size": [0.0, 0.0, 1.0],
+        "pos": [0.0, 0.0, height],
+        "contype": 0,
+        "conaffinity": 1,
+        "condim": 3,
+        "solref": [CONTACT_TIME, 1.0],
+        "friction": [friction, 0.0, 0.0],
+        "rgba": [0.85, 0.87, 0.9, 1.0],
+    }
     if visual:
         spec.add_texture(
             name="squares",
@@ -290,7 +290,9 @@ def _add_ground(spec: Any, height: float, friction: float, visual: bool) -> None
         textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "squares"
         spec.add_material(name="squares", texrepeat=[1.0, 1.0], texuniform=True, textures=textures)
         ground |= {"material": "squares", "rgba": [1.0, 1.0, 1.0, 1.0]}
-        spec.worldbody.add_light(pos=[0.0, 0.0, 4.0], dir=[0.0, 0.0, -1.0], castshadow=False)
+        spec.worldbody.add_light(
+            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, dir=[0.3, 0.5, -1.0], castshadow=False
+        )
     spec.worldbody.add_geom(**ground)
 
 

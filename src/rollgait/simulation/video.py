@@ -1,0 +1,151 @@
+"""A log as a film. Needs the extra `video`; only this file renders.
+
+Draws without a window: MUJOCO_GL is set to `egl` where nothing else is said and there is no display.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.errors import FileError, InputError, MissingExtraError, RollgaitError
+from rollgait.files import check_writable, replacing
+from rollgait.robot.whole_body import EXTRA, WholeBody
+from rollgait.simulation.log import SimulationLog
+
+Array = NDArray[np.float64]
+
+VIDEO_EXTRA: Final = "video"
+"""The optional extra that brings what renders and encodes."""
+
+FRAME_RATE: Final = 25.0
+"""Frames per second."""
+
+WIDTH: Final = 640
+HEIGHT: Final = 480
+
+FORMATS: Final = (".mp4", ".gif")
+"""What a film can be written as."""
+
+DISTANCE: Final = 3.2
+"""Of the camera from the robot, as a multiple of the height of its CoM."""
+
+
+class RenderingError(RollgaitError):
+    """This machine cannot draw without a window."""
+
+    exit_status = 1
+
+
+def check_video(path: str | Path) -> None:
+    """Raises if no film could be written at `path`: known before the long work, not after.
+
+    Raises:
+        InputError: the suffix is none of `FORMATS`.
+        FileError: the place cannot be written to.
+        MissingExtraError: the extra `video` is not installed.
+    """
+    target = Path(path)
+    if target.suffix.lower() not in FORMATS:
+        raise InputError("video", str(target), "must end in a known suffix", FORMATS)
+    check_writable(target)
+    _choose_drawing()
+    try:
+        import imageio_ffmpeg  # noqa: F401
+        import OpenGL  # noqa: F401
+        from imageio import v3  # noqa: F401
+    except ImportError:
+        raise MissingExtraError("a video", VIDEO_EXTRA) from None
+
+
+def save_video(log: SimulationLog, path: str | Path, body: WholeBody) -> Path:
+    """Writes a log as a film with a camera that follows the robot; returns its path.
+
+    Raises:
+        InputError, FileError, MissingExtraError: as `check_video`.
+        RenderingError: this machine cannot draw without a window.
+    """
+    target = Path(path)
+    check_video(target)
+    frames = _frames(log, body)
+    from imageio import v3
+
+    with replacing(target) as temporary:
+        try:
+            if target.suffix.lower() == ".gif":
+                v3.imwrite(temporary, np.stack(frames), duration=1e3 / FRAME_RATE, loop=0)
+            else:
+                v3.imwrite(temporary, np.stack(frames), fps=FRAME_RATE, codec="libx264", macro_block_size=16)
+        except (RuntimeError, ValueError) as error:
+            raise FileError("video", str(target), f"cannot be written: {error}") from None
+    return target
+
+
+def _choose_drawing() -> None:
+    headless = sys.platform == "linux" and not (
+        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+    )
+    if headless:
+        os.environ.setdefault("MUJOCO_GL", "egl")
+
+
+def has_display() -> bool:
+    """Whether a window can be opened here."""
+    return sys.platform != "linux" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
+
+
+def _frames(log: SimulationLog, body: WholeBody) -> list[NDArray[np.uint8]]:
+    _choose_drawing()
+    try:
+        import mujoco
+    except ImportError:
+        raise MissingExtraError("a video", EXTRA) from None
+    from rollgait.simulation.world import build_world
+
+    world = build_world(body, log.joint_names, log.disturbances, ground_height=log.ground_height, visual=True)
+    data = mujoco.MjData(world.model)
+    world.model.vis.quality.shadowsize = 0
+    world.model.vis.quality.offsamples = 1  # multisampling in software costs most of the time
+    try:
+        renderer = mujoco.Renderer(world.model, HEIGHT, WIDTH)
+    except Exception as error:  # OpenGL raises what it likes
+        how = os.environ.get("MUJOCO_GL", "")
+        raise RenderingError(
+            f"no video: this machine cannot draw without a window (MUJOCO_GL={how}): {error}; "
+            "install libegl1 or libosmesa6 and set MUJOCO_GL to egl or osmesa"
+        ) from None
+    frames = []
+    try:
+        world.model.vis.headlight.ambient[:] = 0.4
+        for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
+            renderer.scene.flags[flag] = False
+        for k in np.searchsorted(log.time, np.arange(0.0, log.time[-1], 1.0 / FRAME_RATE)):
+            put(log, int(k), world, data)
+            mujoco.mj_forward(world.model, data)
+            renderer.update_scene(data, _camera(log, data.qpos[:3]))
+            frames.append(renderer.render())
+    finally:
+        renderer.close()
+    return frames
+
+
+def put(log: SimulationLog, k: int, world: Any, data: Any) -> None:
+    """Puts the robot where it is in a sample of the log."""
+    data.qpos[:3] = log.base_position[k]
+    data.qpos[3:7] = np.roll(log.base_quaternion[k], 1)
+    data.qpos[world.position] = log.joint_position[k]
+
+
+def _camera(log: SimulationLog, p_base: Array) -> Any:
+    import mujoco
+
+    camera = mujoco.MjvCamera()
+    camera.lookat[:] = p_base
+    camera.distance = DISTANCE * max(log.robot.height, 0.2)
+    camera.azimuth, camera.elevation = 130.0, -20.0
+    return camera
