@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 from typing import Annotated
 
 import typer
@@ -65,6 +67,8 @@ def plan(
     earlier = None if warm_start is None else Plan.load(warm_start)
     from rollgait.planner import plan as make_plan  # loads CasADi: only once the input is known to be right
 
+    # SciPy's integrators take a third of a second to load: meanwhile the solver works
+    Thread(target=import_module, args=("rollgait.plan.certificate",), daemon=True).start()
     try:
         with Progress(quiet=as_json) as progress:
             found = make_plan(
