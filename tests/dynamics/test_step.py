@@ -197,7 +197,7 @@ def standing_inputs(seed: int) -> list[FootInput]:
 
 @pytest.mark.parametrize("h", [0.02, 0.1, 0.5])
 def test_angular_momentum_about_the_origin(h: float) -> None:
-    """Of feet that stand still it changes by p × f, and by the weight at the mean place of the CoM, exactly."""
+    """With feet that stand still: Σ p × f, and the weight at the mean place of the CoM, exactly."""
     x, u = random_state(4), standing_inputs(4)
     end, _ = step(np, x, u, h, figures("point"))
     total = [np.array(s.L) + ROBOT.mass * np.cross(s.r, s.dr) for s in (x, end)]
