@@ -21,7 +21,7 @@ class Box(FootConstraint):
 
     name = "box"
     unit = "m"
-    curvature = 1.0  # beyond the tolerance of 1 mm: a wheel at 0.9 m/s that steers at 2 rad/s
+    curvature = 1.5  # beyond the tolerance of 1 mm: a wheel at full speed that steers while the base brakes
 
     def __init__(self, full_rotation: bool = False) -> None:
         self.full_rotation = full_rotation
