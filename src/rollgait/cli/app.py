@@ -13,6 +13,7 @@ import rollgait
 from rollgait.cli import cache, check, export, library, many, plan, plot, robot, simulate, track
 from rollgait.cli.log import log_on_stderr
 from rollgait.cli.output import print_error
+from rollgait.cli.run import run as run_scenario
 from rollgait.cli.usage import Commands, usage_error
 from rollgait.errors import RollgaitError
 
@@ -29,6 +30,7 @@ app.command("plot")(plot.plot)
 app.command("export")(export.export)
 app.command("track")(track.track)
 app.command("simulate")(simulate.simulate)
+app.command("run")(run_scenario)
 app.command("scenarios")(library.scenarios)
 app.command("robots")(library.robots)
 app.command("show")(library.show)

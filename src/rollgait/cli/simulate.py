@@ -112,7 +112,7 @@ def simulate(
     if viewer:
         from rollgait.simulation.viewer import show
 
-        show(log, _body(log, whole_body))
+        show(log, body_of(log, whole_body))
     if log.fallen:
         raise typer.Exit(1)
 
@@ -230,9 +230,10 @@ def _write(log: SimulationLog, record: Path | None, video: Path | None, whole_bo
     if video is not None:
         from rollgait.simulation.video import save_video
 
-        files.append(str(save_video(log, video, _body(log, whole_body))))
+        files.append(str(save_video(log, video, body_of(log, whole_body))))
     return files
 
 
-def _body(log: SimulationLog, whole_body: Path | None) -> WholeBody:
+def body_of(log: SimulationLog, whole_body: Path | None) -> WholeBody:
+    """The whole body that was simulated."""
     return find_whole_body(log.robot) if whole_body is None else load_whole_body(whole_body)

@@ -81,8 +81,8 @@ class SimulationReport:
 def judge(log: SimulationLog) -> SimulationReport:
     """The report of a log."""
     missing = log.base_position - log.planned_base_position
-    R_world_base = rotations(log.base_quaternion)
-    R_planned = rotations(log.planned_base_quaternion)
+    R_world_base = rotation_matrices(log.base_quaternion)
+    R_planned = rotation_matrices(log.planned_base_quaternion)
     R_error = np.einsum("nij,nkj->nik", R_world_base, R_planned)
     com = np.linalg.norm(log.com_position - log.planned_com_position, axis=1)
     up, up_planned = R_world_base[:, :, 2], R_planned[:, :, 2]
@@ -109,7 +109,7 @@ def judge(log: SimulationLog) -> SimulationReport:
     )
 
 
-def rotations(quaternions: Array) -> Array:
+def rotation_matrices(quaternions: Array) -> Array:
     """Rotation matrices of quaternions (x, y, z, w): (n, 4) to (n, 3, 3)."""
     x, y, z, w = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
     return np.moveaxis(

@@ -88,9 +88,8 @@ class _Run:
         self._data: Any = mujoco.MjData(world.model)
         end = float(joints.time[-1])
         self._end = end
-        self._times: Array = (
-            np.arange(-round(LEAD / TIME_STEP), round((end + STANDING) / TIME_STEP) + 1) * TIME_STEP
-        )
+        first, last = -round(LEAD / TIME_STEP), round((end + STANDING) / TIME_STEP)
+        self._times: Array = np.arange(first, last + 1) * np.float64(TIME_STEP)
         delay = round(disturbances.latency / TIME_STEP)
         self._controller = Controller(gains, reference_at(joints, self._times), delay)
         self._feedback = BaseFeedback(world, joints) if feedback else None
