@@ -39,12 +39,8 @@ def page_of(name: str, plan: Plan, joints: JointTrajectory | None, log: Simulati
         if certificate.passed
         else "not certified: " + ", ".join(row.name for row in certificate.failures)
     )
-    falls = (
-        Sentence("not executed, as it is not certified")
-        if log is None
-        else Sentence(verdict(log.report()), True)
-    )
-    page.add("Verdict", Sentence(f"The plan is {says}.", True), falls)
+    stays = "it was not executed" if log is None else verdict(log.report())
+    page.add("Verdict", Sentence(f"The plan is {says}; {stays}.", True))
     page.add("Plan", Table(list(_plan_rows(plan)), right=[1]), *_plan_pictures(plan))
     page.add("Certificate", Table(list(_certificate_rows(plan)), right=[1]))
     if joints is not None:

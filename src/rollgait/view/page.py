@@ -16,10 +16,12 @@ from rollgait.files import replacing
 from rollgait.view.style import find_style
 
 _STYLE: Final = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 60rem; margin: 2rem auto; padding: 0 1rem }
+body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 60rem; margin: 2rem auto }
+body { padding: 0 1rem }
 h1 { font-size: 1.6rem } h2 { font-size: 1.2rem; margin-top: 2.2rem; border-bottom: 1px solid #ddd }
 table { border-collapse: collapse; margin: .8rem 0; font-variant-numeric: tabular-nums }
-th, td { text-align: left; padding: .15rem .9rem .15rem 0; border-bottom: 1px solid #eee; white-space: nowrap }
+th, td { text-align: left; padding: .15rem .9rem .15rem 0; border-bottom: 1px solid #eee }
+th, td { white-space: nowrap }
 th { color: #666; font-weight: 600 } td.number { text-align: right }
 figure { margin: 1rem 0 } figcaption { color: #666 } img { max-width: 100%; height: auto }
 .verdict { font-weight: 600 } .fail { color: #B00020; font-weight: 600 } .pass { color: #00794a }
