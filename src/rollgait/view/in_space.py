@@ -18,12 +18,8 @@ from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array, Samples
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.view.motion import dense_samples, snapshot_times, swing_times
+from rollgait.view.shapes import NOSE, hips
 from rollgait.view.style import BASE_COLOUR, GOAL_COLOUR, LEG_COLOURS, SECOND_COLOUR, Style, ticks
-
-BODY_SCALE = 0.6
-"""Corners of the body where the places of the hips are not known: this part of the nominal stance."""
-NOSE = 0.08
-"""How far the nose of the outline stands out, m."""
 
 
 def draw_paths(figure: Figure, plan: Plan, style: Style) -> None:
@@ -109,7 +105,7 @@ def _snapshot(axes: Axes, plan: Plan, now: Samples, style: Style) -> None:
         if not now.contact[leg]:  # a hollow bar: the wheel is in the air
             inner = np.stack([foot - 0.8 * along, foot + 0.8 * along])
             axes.plot(*inner.T, color="white", lw=1.6 * style.line, zorder=3, solid_capstyle="butt")
-    rear = 0.25 * (_hips(plan.robot)[2:, 0].sum())  # half-way from the CoM: the middle shows the goal's star
+    rear = 0.25 * (hips(plan.robot)[2:, 0].sum())  # half-way from the CoM: the middle shows the goal's star
     x, y, _ = _in_world(np.array([[rear, 0.0]]), _pose(now))[0]
     axes.annotate(
         f"{float(now.time):.1f} s",
@@ -132,27 +128,16 @@ def _goals(plan: Plan) -> list[Array]:
     return list(plan.scenario.goal_at(np.array(begins)))
 
 
-def _hips(robot: Robot) -> Array:
-    """Corners of the body, base-yaw frame, shape (4, 2), m."""
-    limbs = [leg.limb for leg in robot.leg_list]
-    return np.array(
-        [
-            limb.hip[:2] if limb is not None else BODY_SCALE * place[:2]
-            for limb, place in zip(limbs, robot.stance, strict=True)
-        ]
-    )
-
-
 def _outline(robot: Robot, pose: Array) -> Array:
     """Closed outline of the level body at the height of the CoM, with its nose, world, shape (6, 3), m."""
-    fl, fr, hl, hr = _hips(robot)
+    fl, fr, hl, hr = hips(robot)
     nose = 0.5 * (fl + fr) + [NOSE, 0.0]
     return _in_world(np.array([fl, nose, fr, hr, hl, fl]), pose)
 
 
 def _legs(robot: Robot, now: Samples) -> Array:
     """Lines from the hips to the contact points, world, shape (4, 2, 3), m."""
-    return np.stack([_in_world(_hips(robot), _pose(now)), now.foot_position], axis=1)
+    return np.stack([_in_world(hips(robot), _pose(now)), now.foot_position], axis=1)
 
 
 def _in_world(points: Array, pose: Array) -> Array:

@@ -1,0 +1,62 @@
+"""`rollgait view`: a page with a motion."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from rollgait.errors import InputError, MissingExtraError
+
+MotionFile = Annotated[
+    Path, typer.Argument(metavar="FILE", help="A plan, a joint trajectory or a simulation log (.npz).")
+]
+LOOPBACK = "127.0.0.1"
+
+
+def view(
+    file: MotionFile,
+    compare: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Another one, to be shown as a ghost.")
+    ] = None,
+    port: Annotated[str, typer.Option(metavar="PORT", help="Port of the page; 0 takes a free one.")] = "8080",
+    host: Annotated[
+        str, typer.Option(metavar="ADDRESS", help="Address to listen on; by default this machine only.")
+    ] = LOOPBACK,
+) -> None:
+    """Show a motion in the browser: scrub through it, judge it, compare it, plan the next one.
+
+    Runs until Ctrl-C.
+    """
+    number = port_from(port)
+    need_viser("the viewer")
+    from rollgait.view.viewer import view as open_view
+
+    viewer = open_view(file, compare, host=host, port=number)
+    print(f"{viewer.clip.name}: {viewer.clip.verdict}")
+    print(f"open {viewer.url} in a browser; Ctrl-C ends")
+    if host not in (LOOPBACK, "localhost", "::1"):
+        print(f"note: whoever reaches {host} sees this motion and can plan with this machine")
+    try:
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        print()
+    finally:
+        viewer.close()
+
+
+def port_from(text: str) -> int:
+    """A port. Raises `InputError`."""
+    if not text.isascii() or not text.isdigit():
+        raise InputError("port", text, "must be a whole number within [0, 65535]; 0 takes a free one")
+    return int(text)
+
+
+def need_viser(feature: str) -> None:
+    """Raises `MissingExtraError` where viser is not installed."""
+    try:
+        import viser  # noqa: F401
+    except ImportError:
+        raise MissingExtraError(feature, "view") from None

@@ -1,0 +1,242 @@
+"""A clip: a motion ready to be shown, whatever file it comes from. Plain arrays, frame by frame."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.errors import FileError
+from rollgait.plan.plan import Plan
+from rollgait.plan.samples import Array, Samples
+from rollgait.robot.robot import Robot
+from rollgait.simulation.log import SimulationLog
+from rollgait.tracking import JointTrajectory
+from rollgait.view.marks import Mark, marks_of_joints, marks_of_log, marks_of_plan
+
+FRAME_RATE: Final = 30.0
+"""Frames per second of the viewer and of recordings."""
+FRICTION: Final = 0.5
+"""Coefficient of friction where the file does not say it."""
+
+
+@dataclass(frozen=True)
+class Joints:
+    """The whole body at the frames: base link and joints.
+
+    Attributes:
+        names: of the n_j joints.
+        base_position: origin of the base link, world, (n, 3), m.
+        base_quaternion: base link to world, (x, y, z, w), (n, 4).
+        position: (n, n_j), rad.
+    """
+
+    names: tuple[str, ...]
+    base_position: Array
+    base_quaternion: Array
+    position: Array
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A goal and from when on it holds.
+
+    Attributes:
+        begin: s.
+        pose: x, y, z of the CoM (m), yaw, pitch, roll (rad), (6,).
+    """
+
+    begin: float
+    pose: Array
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A motion at equally spaced frames, both ends included. World frame, SI units.
+
+    Attributes:
+        name: what a person calls it.
+        kind: plan, joints or simulation.
+        robot: the planner's robot.
+        samples: the motion at the frames, (n, …).
+        ground: height of the ground, m.
+        friction: μ.
+        goals: in the order of time.
+        marks: what is worth a look, the worst first.
+        verdict: one line on how good the motion is.
+        passed: whether it is a success.
+        joints: the whole body, if known.
+        plan: the plan, if this is one.
+    """
+
+    name: str
+    kind: str
+    robot: Robot
+    samples: Samples
+    ground: float
+    friction: float
+    goals: tuple[Goal, ...]
+    marks: tuple[Mark, ...]
+    verdict: str
+    passed: bool
+    joints: Joints | None = None
+    plan: Plan | None = None
+
+    @property
+    def time(self) -> Array:
+        """Time of each frame, (n,), s."""
+        return self.samples.time
+
+    @property
+    def horizon(self) -> float:
+        """Time of the last frame, s."""
+        return float(self.samples.time[-1])
+
+    def frame(self, time: float) -> int:
+        """The frame nearest to a time (s)."""
+        return int(np.clip(round(time * (len(self.time) - 1) / self.horizon), 0, len(self.time) - 1))
+
+    @cached_property
+    def wheel_angle(self) -> Array:
+        """Angle by which each wheel has turned since the first frame, (n, 4), rad."""
+        radius = np.array([leg.wheel_radius or np.inf for leg in self.robot.leg_list])
+        speed = self.samples.speed
+        steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(self.time)[:, None]
+        return np.asarray(np.concatenate([np.zeros((1, 4)), np.cumsum(steps, axis=0)]) / radius)
+
+    def with_joints(self, joints: JointTrajectory) -> Clip:
+        """The same clip with the whole body that executes it."""
+        return replace(self, joints=_joints_at(joints, self.time))
+
+
+def clip_of_plan(plan: Plan, name: str) -> Clip:
+    """A plan, with the marks of its certificate."""
+    scenario, certificate = plan.scenario, plan.certificate()
+    begins = [0.0, *(later.at for later in scenario.goal.then)]
+    poses = scenario.goal_at(np.array(begins))
+    if not plan.solved:
+        verdict = "not solved"
+    elif certificate.passed:
+        verdict = "certified"
+    else:
+        verdict = "not certified: " + ", ".join(row.name for row in certificate.failures)
+    return Clip(
+        name=name,
+        kind="plan",
+        robot=plan.robot,
+        samples=plan.sample(frame_times(plan.horizon)),
+        ground=scenario.ground.height,
+        friction=scenario.ground.friction,
+        goals=tuple(Goal(begin, pose) for begin, pose in zip(begins, poses, strict=True)),
+        marks=marks_of_plan(plan),
+        verdict=verdict,
+        passed=plan.solved and certificate.passed,
+        plan=plan,
+    )
+
+
+def clip_of_joints(joints: JointTrajectory, name: str) -> Clip:
+    """A joint trajectory: the plan it follows, and the whole body."""
+    times = frame_times(float(joints.time[-1]))
+    return Clip(
+        name=name,
+        kind="joints",
+        robot=joints.robot,
+        samples=joints.reference.at(_nearest(joints.time, times)),
+        ground=float(np.min(joints.reference.foot_position[..., 2])),
+        friction=FRICTION,
+        goals=(),
+        marks=marks_of_joints(joints),
+        verdict="followed within its limits" if joints.report.passed else "not followed within its limits",
+        passed=joints.report.passed,
+        joints=_joints_at(joints, times),
+    )
+
+
+def clip_of_log(log: SimulationLog, name: str) -> Clip:
+    """A simulation: what the robot did. The feet are those of the whole body."""
+    from rollgait.view.log_samples import samples_of_log
+
+    times = frame_times(float(log.time[-1]))
+    index = _nearest(log.time, times)
+    joints = Joints(
+        log.joint_names, log.base_position[index], log.base_quaternion[index], log.joint_position[index]
+    )
+    report = log.report()
+    return Clip(
+        name=name,
+        kind="simulation",
+        robot=log.robot,
+        samples=samples_of_log(log, index, times),
+        ground=0.0,
+        friction=FRICTION,
+        goals=(),
+        marks=marks_of_log(log),
+        verdict=f"fell at {report.fallen_at:.2f} s" if report.fallen_at is not None else "did not fall",
+        passed=not report.fallen,
+        joints=joints,
+    )
+
+
+def open_clip(path: str | Path) -> Clip:
+    """The clip in a file: a plan, a joint trajectory or a simulation log. Runs no code from the file.
+
+    Raises:
+        FileError: the file is missing, is none of these, or has a version that is not known here.
+    """
+    file = Path(path)
+    name = file.name.removesuffix(".npz")
+    kind = kind_of(file)
+    if kind == "rollgait-joints":
+        return clip_of_joints(JointTrajectory.load(file), name)
+    if kind == "rollgait-simulation":
+        return clip_of_log(SimulationLog.load(file), name)
+    return clip_of_plan(Plan.load(file), name)
+
+
+def kind_of(path: Path) -> str:
+    """What the header of a file says that it holds; "" if it has none.
+
+    Raises:
+        FileError: the file cannot be read, or is not one of ours.
+    """
+    rule = "is neither a plan nor a joint trajectory nor a simulation log that rollgait saved"
+    try:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
+            header = json.loads(str(data["header"]))
+            kind = str(header["format"])
+    except OSError as error:
+        reason = f"cannot be read: {error.strerror}" if error.strerror else rule
+        raise FileError("file", str(path), reason) from None
+    except Exception:  # damaged bytes lead anywhere
+        raise FileError("file", str(path), rule) from None
+    if not kind.startswith("rollgait-"):
+        raise FileError("file", str(path), rule)
+    return kind
+
+
+def frame_times(horizon: float) -> Array:
+    """Times of the frames, both ends included, as near to `FRAME_RATE` as fits, (n,), s."""
+    return np.linspace(0.0, horizon, max(2, round(horizon * FRAME_RATE) + 1))
+
+
+def _nearest(time: Array, wanted: Array) -> NDArray[np.intp]:
+    """Index of the sample nearest to each wanted time."""
+    after = np.clip(np.searchsorted(time, wanted), 1, len(time) - 1)
+    earlier = wanted - time[after - 1] < time[after] - wanted
+    return np.asarray(np.where(earlier, after - 1, after), dtype=np.intp)
+
+
+def _joints_at(joints: JointTrajectory, times: Array) -> Joints:
+    index = _nearest(joints.time, times)
+    return Joints(
+        joints.joint_names,
+        joints.base_position[index],
+        joints.base_quaternion[index],
+        joints.joint_position[index],
+    )

@@ -1,0 +1,173 @@
+"""What happens where the feet touch the ground: forces, friction cones, support polygon, headings."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.plan.samples import Array
+from rollgait.view import shapes
+from rollgait.view.clip import Clip
+from rollgait.view.layers.layer import NOWHERE, Layer, single
+from rollgait.view.layers.paths import ABOVE
+from rollgait.view.rotations import from_z_to, turn_z, wxyz
+
+FORCE_LENGTH = 1.7
+"""Length of an arrow for the whole weight of the robot, as a share of its height."""
+SHAFT, HEAD, HEAD_LENGTH = 0.02, 0.042, 0.11
+"""Radii of an arrow and the length of its head, m."""
+CONE_HEIGHT = 0.28
+"""m"""
+HEADING_LENGTH, HEADING_WIDTH = 0.3, 0.07
+"""m"""
+AROUND = [0, 1, 3, 2]
+"""The feet in the order around the robot."""
+_UPRIGHT = np.tile([1.0, 0.0, 0.0, 0.0], (4, 1))
+
+
+class Forces(Layer):
+    """Contact forces on the robot, from the contact points."""
+
+    title = "forces"
+
+    def draw(self) -> None:
+        clip = self.clip
+        scale = FORCE_LENGTH * clip.robot.height / clip.robot.weight
+        vector = scale * clip.samples.force
+        length = np.linalg.norm(vector, axis=-1)
+        seen = length > 1e-3
+        head = np.minimum(HEAD_LENGTH, 0.6 * length)
+        direction = np.where(seen[..., None], vector, [0.0, 0.0, 1.0])
+        self._turn = wxyz(from_z_to(direction.reshape(-1, 3))).reshape(-1, 4, 4)
+        unit = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+        start = clip.samples.foot_position
+        thin = np.where(seen, 1.0, NOWHERE)
+        wide = np.minimum(1.0, head / HEAD_LENGTH) * thin
+        self._shaft_scale = _scales(SHAFT * wide, np.maximum(length - head, NOWHERE))
+        self._head_scale = _scales(HEAD * wide, np.maximum(head, NOWHERE))
+        self._shaft_at, self._head_at = start, start + unit * (length - head)[..., None]
+        self.shafts = self._batch("shafts", shapes.cylinder(), self._shaft_at, self._shaft_scale)
+        self.heads = self._batch("heads", shapes.arrow_head(), self._head_at, self._head_scale)
+
+    def _batch(self, name: str, shape: shapes.Shape, at: Array, scale: Array):  # type: ignore[no-untyped-def]
+        return self.scene.add_batched_meshes_simple(
+            self.at(name),
+            *shape,
+            batched_wxyzs=single(self._turn[0]),
+            batched_positions=single(at[0]),
+            batched_scales=single(scale[0]),
+            batched_colors=self.look.legs(),
+            lod="off",
+            cast_shadow=False,
+        )
+
+    def show(self, index: int) -> None:
+        for handle, at, scale in (
+            (self.shafts, self._shaft_at, self._shaft_scale),
+            (self.heads, self._head_at, self._head_scale),
+        ):
+            handle.batched_positions = single(at[index])
+            handle.batched_wxyzs = single(self._turn[index])
+            handle.batched_scales = single(scale[index])
+
+
+class Cones(Layer):
+    """Friction cones: while the force stays inside, the foot does not slip."""
+
+    title = "friction cones"
+    shown = False
+
+    def draw(self) -> None:
+        clip = self.clip
+        vertices, faces = shapes.cone()
+        radius = clip.friction * CONE_HEIGHT
+        self._size = np.where(clip.samples.contact, 1.0, NOWHERE)
+        self.cones = self.scene.add_batched_meshes_simple(
+            self.at("cones"),
+            vertices * [radius, radius, CONE_HEIGHT],
+            faces,
+            batched_wxyzs=single(_UPRIGHT),
+            batched_positions=single(clip.samples.foot_position[0]),
+            batched_scales=single(self._size[0]),
+            batched_colors=self.look.legs(0.3),
+            opacity=0.35,
+            side="double",
+            lod="off",
+            cast_shadow=False,
+        )
+
+    def show(self, index: int) -> None:
+        self.cones.batched_positions = single(self.clip.samples.foot_position[index])
+        self.cones.batched_scales = single(self._size[index])
+
+
+class Support(Layer):
+    """The polygon of the feet on the ground."""
+
+    title = "support polygon"
+
+    def draw(self) -> None:
+        self._corners = _corners(self.clip)
+        self._level = self.clip.ground + ABOVE
+        self.area = self.scene.add_mesh_simple(
+            self.at("area"),
+            single(self._polygon(0)),
+            np.array([[0, 1, 2], [0, 2, 3]], dtype=np.uint32),
+            color=(0, 150, 136),
+            opacity=0.22,
+            side="double",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+
+    def _polygon(self, index: int) -> Array:
+        feet = self.clip.samples.foot_position[index, self._corners[index]]
+        return np.column_stack([feet[:, :2], np.full(4, self._level)])
+
+    def show(self, index: int) -> None:
+        self.area.vertices = single(self._polygon(index))
+
+
+class Headings(Layer):
+    """Where the wheels head, on the ground."""
+
+    title = "wheel headings"
+
+    @classmethod
+    def suits(cls, clip: Clip) -> bool:
+        return any(leg.foot != "point" for leg in clip.robot.leg_list)
+
+    def draw(self) -> None:
+        s = self.clip.samples
+        self._turn = wxyz(turn_z(s.heading))
+        self._at = s.foot_position + np.array([0.0, 0.0, 2 * ABOVE])
+        vertices, faces = shapes.flat_arrow(HEADING_LENGTH, HEADING_WIDTH)
+        self.arrows = self.scene.add_batched_meshes_simple(
+            self.at("arrows"),
+            vertices,
+            faces,
+            batched_wxyzs=single(self._turn[0]),
+            batched_positions=single(self._at[0]),
+            batched_colors=self.look.legs(),
+            side="double",
+            lod="off",
+            cast_shadow=False,
+        )
+
+    def show(self, index: int) -> None:
+        self.arrows.batched_positions = single(self._at[index])
+        self.arrows.batched_wxyzs = single(self._turn[index])
+
+
+def _scales(radius: Array, length: Array) -> Array:
+    return np.stack([radius, radius, length], axis=-1)
+
+
+def _corners(clip: Clip) -> NDArray[np.intp]:
+    """For each frame four feet in the order around the robot, (n, 4); one in the air is its neighbour."""
+    result = np.tile(np.array(AROUND), (len(clip.time), 1))
+    for frame, contact in enumerate(clip.samples.contact):
+        standing = [leg for leg in AROUND if contact[leg]]
+        if standing:
+            result[frame] = (standing * 4)[:4] if len(standing) < 3 else (*standing, standing[-1])[:4]
+    return result

@@ -1,0 +1,62 @@
+"""Start and goals: the outline of the robot where it begins and where it is wanted."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rollgait.plan.samples import Array
+from rollgait.view import shapes
+from rollgait.view.clip import Clip
+from rollgait.view.layers.layer import Layer, segments, single
+from rollgait.view.layers.paths import ABOVE
+from rollgait.view.rotations import turn_z
+from rollgait.view.style import GOAL_COLOUR, SECOND_COLOUR
+
+
+def pad(clip: Clip) -> Array:
+    """Closed outline of the robot on the ground with its nose, about the CoM, (n, 2), m."""
+    stance = clip.robot.stance[:, :2]
+    fl, fr, hl, hr = stance
+    front = 0.5 * (fl + fr) + [0.18, 0.0]
+    return np.array([fr, front, fl, hl, hr, fr])
+
+
+class StartAndGoal(Layer):
+    """Where the robot begins, and where it is wanted."""
+
+    title = "start and goal"
+
+    def draw(self) -> None:
+        s = self.clip.samples
+        self._outline("start", s.com_position[0], s.euler[0, 0], SECOND_COLOUR)
+        self.goals = []
+        for number, goal in enumerate(self.clip.goals):
+            handle = self._outline(f"goal{number}", goal.pose[:3], goal.pose[3], GOAL_COLOUR)
+            self.goals.append((goal.begin, handle))
+
+    def _outline(self, name: str, place: Array, yaw: float, colour: str):  # type: ignore[no-untyped-def]
+        turned = pad(self.clip) @ turn_z(np.array(yaw))[:2, :2].T + place[:2]
+        points = np.column_stack([turned, np.full(len(turned), self.clip.ground + 3 * ABOVE)])
+        frame = self.scene.add_frame(self.at(name), show_axes=False)
+        self.scene.add_line_segments(
+            self.at(f"{name}/outline"), single(segments(points)), self.look.of(colour), thickness=0.018
+        )
+        arrow, faces = shapes.flat_arrow(0.3, 0.16)
+        arrow = arrow @ turn_z(np.array(yaw)).T + [place[0], place[1], self.clip.ground + 3 * ABOVE]
+        self.scene.add_mesh_simple(
+            self.at(f"{name}/arrow"),
+            single(arrow),
+            faces,
+            color=self.look.of(colour),
+            side="double",
+            cast_shadow=False,
+        )
+        return frame
+
+    def show(self, index: int) -> None:
+        """Of several goals the one that holds now, and those to come."""
+        now = self.clip.time[index]
+        ends = [begin for begin, _ in self.goals[1:]] + [np.inf]
+        for end, (_, handle) in zip(ends, self.goals, strict=True):
+            if handle.visible != (wanted := bool(now < end)):
+                handle.visible = wanted

@@ -1,0 +1,148 @@
+"""The robot as the planner sees it: body, legs, wheels or point feet."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rollgait.plan.samples import Array
+from rollgait.view import shapes
+from rollgait.view.clip import Clip
+from rollgait.view.layers.layer import Layer, linear, single
+from rollgait.view.rotations import from_z_to, matrix_from_axis, matrix_from_euler, turn_z, wxyz
+
+LEG_RADIUS = 0.017
+"""m"""
+POINT_FOOT = 0.035
+"""Radius at which a point foot is drawn, m."""
+BODY_COLOUR = "#3A3F47"
+LEG_COLOUR = "#7A828C"
+TYRE_COLOUR = "#22252A"
+NOSE_COLOUR = "#E8EAED"
+
+
+class Robot(Layer):
+    """Body, legs and wheels, drawn from the plan."""
+
+    title = "robot"
+    for_ghost = True
+
+    def draw(self) -> None:
+        clip, scene, opacity = self.clip, self.scene, self.look.opacity
+        s, robot = clip.samples, clip.robot
+        R = matrix_from_euler(s.euler)
+        self._base = s.com_position, wxyz(R)
+        self.base = scene.add_frame(self.at("base"), show_axes=False)
+        vertices, faces = shapes.body(robot)
+        scene.add_mesh_simple(
+            self.at("base/body"),
+            vertices,
+            faces,
+            color=self.look.of(BODY_COLOUR),
+            opacity=opacity,
+            flat_shading=True,
+        )
+        self._nose()
+        self._ankle = _ankles(clip)
+        hip = np.concatenate([shapes.hips(robot), np.zeros((4, 1))], axis=1)
+        self._leg_from = s.com_position[:, None] + np.einsum("nij,lj->nli", R, hip)
+        way = self._ankle - self._leg_from
+        length = np.linalg.norm(way, axis=-1)
+        self._leg_turn = wxyz(from_z_to(way.reshape(-1, 3))).reshape(-1, 4, 4)
+        self._leg_scale = np.stack([np.full_like(length, LEG_RADIUS)] * 2 + [length], axis=-1)
+        self._legs()
+        self._feet()
+        self.show(0)
+
+    def _nose(self) -> None:
+        """A light on the front, so that front and back are told apart."""
+        fl, fr, *_ = shapes.hips(self.clip.robot)
+        front = 0.5 * (fl + fr) + [shapes.NOSE, 0.0]
+        vertices, faces = shapes.ball()
+        self.scene.add_mesh_simple(
+            self.at("base/nose"),
+            vertices * 0.03,
+            faces,
+            color=self.look.of(NOSE_COLOUR),
+            opacity=self.look.opacity,
+            position=(float(front[0]), float(front[1]), 0.0),
+        )
+
+    def _legs(self) -> None:
+        vertices, faces = shapes.cylinder()
+        self.legs = self.scene.add_batched_meshes_simple(
+            self.at("legs"),
+            vertices,
+            faces,
+            batched_wxyzs=single(self._leg_turn[0]),
+            batched_positions=single(self._leg_from[0]),
+            batched_scales=single(self._leg_scale[0]),
+            batched_colors=linear([self.look.of(LEG_COLOUR)])[0],
+            opacity=self.look.opacity,
+            lod="off",
+        )
+
+    def _feet(self) -> None:
+        """Wheels that turn, in one batch per part; balls for point feet."""
+        robot, s = self.clip.robot, self.clip.samples
+        wheels = [i for i, leg in enumerate(robot.leg_list) if leg.wheel_radius is not None]
+        spin = np.stack(
+            [matrix_from_axis(np.array([0.0, 1.0, 0.0]), self.clip.wheel_angle[:, i]) for i in range(4)], 1
+        )
+        self._foot_turn = wxyz(turn_z(_headings(self.clip)) @ spin)
+        self.wheels = []
+        for leg in wheels:
+            radius = robot.leg_list[leg].wheel_radius or 0.0
+            node = self.scene.add_frame(self.at(f"wheel{leg}"), show_axes=False)
+            parts = (("tyre", shapes.tyre, TYRE_COLOUR), ("rim", shapes.rim, None))
+            for name, shape, colour in parts:
+                vertices, faces = shape(radius)
+                self.scene.add_mesh_simple(
+                    self.at(f"wheel{leg}/{name}"),
+                    vertices,
+                    faces,
+                    color=self.look.of(colour) if colour else self.look.leg(leg),
+                    opacity=self.look.opacity,
+                    flat_shading=True,
+                    side="double",
+                )
+            self.wheels.append((leg, node))
+        self.balls = []
+        vertices, faces = shapes.ball()
+        for leg in set(range(4)) - set(wheels):
+            ball = self.scene.add_mesh_simple(
+                self.at(f"foot{leg}"),
+                vertices * POINT_FOOT,
+                faces,
+                color=self.look.leg(leg),
+                opacity=self.look.opacity,
+            )
+            self.balls.append((leg, ball))
+        self._centre = s.foot_position + [0.0, 0.0, 1.0] * _radii(self.clip)[:, None]
+
+    def show(self, index: int) -> None:
+        position, turn = self._base
+        self.base.position, self.base.wxyz = position[index], turn[index]
+        self.legs.batched_positions = single(self._leg_from[index])
+        self.legs.batched_wxyzs = single(self._leg_turn[index])
+        self.legs.batched_scales = single(self._leg_scale[index])
+        for leg, node in [*self.wheels, *self.balls]:
+            node.position = self._centre[index, leg]
+        for leg, node in self.wheels:
+            node.wxyz = self._foot_turn[index, leg]
+
+
+def _radii(clip: Clip) -> Array:
+    """From the contact point to the centre of the wheel or of the ball, (4,), m."""
+    return np.array([leg.wheel_radius or POINT_FOOT for leg in clip.robot.leg_list])
+
+
+def _ankles(clip: Clip) -> Array:
+    """Where the legs end: at the top of the wheel or in the ball, (n, 4, 3), m."""
+    top = [1.6 * leg.wheel_radius if leg.wheel_radius else POINT_FOOT for leg in clip.robot.leg_list]
+    return np.asarray(clip.samples.foot_position + [0.0, 0.0, 1.0] * np.array(top)[:, None])
+
+
+def _headings(clip: Clip) -> Array:
+    """Headings of the wheels, (n, 4), rad; a locked one keeps that of the base."""
+    locked = np.array([leg.foot == "point" for leg in clip.robot.leg_list])
+    return np.where(locked, clip.samples.euler[:, :1], clip.samples.heading)

@@ -1,0 +1,73 @@
+"""The feet, the CoM and the forces of a simulated whole body, as samples like those of a plan."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from rollgait.plan.samples import Array, Samples
+from rollgait.robot.urdf_files import read_urdf
+from rollgait.robot.whole_body import find_whole_body
+from rollgait.simulation.log import SimulationLog
+from rollgait.view.kinematics import Poses, link_poses
+
+CONTACT_FORCE = 1.0
+"""A foot that presses with more than this (N) touches the ground."""
+
+
+def samples_of_log(log: SimulationLog, index: NDArray[np.intp], times: Array) -> Samples:
+    """The motion of a log at some of its samples, (n,), called `times`.
+
+    Velocities are differences of neighbouring frames, headings those of the wheels' axles.
+    """
+    body = find_whole_body(log.robot)
+    poses = link_poses(
+        read_urdf(body.urdf),
+        log.joint_names,
+        log.joint_position[index],
+        log.base_position[index],
+        log.base_quaternion[index],
+    )
+    foot, heading = np.zeros((len(times), 4, 3)), np.zeros((len(times), 4))
+    for leg, ((_, joints), data) in enumerate(zip(body.leg_list(), log.robot.leg_list, strict=True)):
+        radius = joints.radius if joints.radius is not None else data.wheel_radius or 0.0
+        foot[:, leg], heading[:, leg] = _contact_point(poses[joints.frame], radius, data.wheel_radius is None)
+    heading = np.unwrap(heading, period=np.pi, axis=0)
+    com, euler = log.com_position[index], _euler(log.base_quaternion[index])
+    velocity = _rate(foot, times)
+    speed = velocity[..., 0] * np.cos(heading) + velocity[..., 1] * np.sin(heading)
+    return Samples(
+        time=times,
+        com_position=com,
+        euler=euler,
+        com_velocity=_rate(com, times),
+        euler_rate=_rate(euler, times),
+        foot_position=foot,
+        foot_velocity=velocity,
+        heading=heading,
+        heading_rate=_rate(heading, times),
+        speed=speed,
+        force=log.force[index],
+        contact=log.force[index][..., 2] > CONTACT_FORCE,
+    )
+
+
+def _rate(values: Array, times: Array) -> Array:
+    return np.asarray(np.gradient(values, times, axis=0))
+
+
+def _euler(xyzw: Array) -> Array:
+    """(yaw, pitch, roll), yaw counted on beyond a full turn."""
+    return np.unwrap(Rotation.from_quat(xyzw).as_euler("ZYX"), axis=0)
+
+
+def _contact_point(pose: Poses, radius: float, point: bool) -> tuple[Array, Array]:
+    """Lowest point of the rim (or ball), (n, 3), and the heading of the wheel, (n,)."""
+    down = np.broadcast_to([0.0, 0.0, -1.0], pose.p.shape)
+    if point:
+        return pose.p + radius * down, np.zeros(len(pose.p))
+    axle = pose.R[:, :, 1] if abs(pose.R[0, 2, 1]) < abs(pose.R[0, 2, 2]) else pose.R[:, :, 2]
+    radial = down - (down * axle).sum(axis=-1, keepdims=True) * axle
+    radial /= np.linalg.norm(radial, axis=-1, keepdims=True)
+    return pose.p + radius * radial, np.arctan2(-axle[:, 0], axle[:, 1])

@@ -1,0 +1,1 @@
+"""The controls on the page, one file per subject."""

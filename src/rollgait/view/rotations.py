@@ -1,0 +1,51 @@
+"""Rotations as pictures need them. Quaternions are (w, x, y, z) unless said otherwise."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from rollgait.plan.samples import Array
+
+
+def matrix_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
+    """R (3, 3) of the fixed axes x, y, z, as a URDF has it."""
+    return np.asarray(Rotation.from_euler("xyz", [roll, pitch, yaw]).as_matrix())
+
+
+def matrix_from_axis(axis: Array, angle: Array) -> Array:
+    """R (n, 3, 3) of turns by angles (n,) about one axis."""
+    return np.asarray(Rotation.from_rotvec(angle[:, None] * axis / np.linalg.norm(axis)).as_matrix())
+
+
+def matrix_from_quaternion(xyzw: Array) -> Array:
+    """R (n, 3, 3) of quaternions (x, y, z, w), (n, 4)."""
+    return np.asarray(Rotation.from_quat(xyzw).as_matrix())
+
+
+def matrix_from_euler(euler: Array) -> Array:
+    """R_world_base (n, 3, 3) of (yaw, pitch, roll), (n, 3): Rz Ry Rx."""
+    return np.asarray(Rotation.from_euler("ZYX", euler).as_matrix())
+
+
+def wxyz(R: Array) -> Array:
+    """Quaternions (w, x, y, z) of matrices (…, 3, 3), (…, 4)."""
+    flat = Rotation.from_matrix(R.reshape(-1, 3, 3)).as_quat(scalar_first=True)
+    return np.asarray(flat.reshape(*R.shape[:-2], 4))
+
+
+def turn_z(angle: Array) -> Array:
+    """R (…, 3, 3) of turns about the vertical."""
+    angle = np.asarray(angle, dtype=float)
+    c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
+    rows = [np.stack(row, axis=-1) for row in ((c, -s, zero), (s, c, zero), (zero, zero, one))]
+    return np.stack(rows, axis=-2)
+
+
+def from_z_to(direction: Array) -> Array:
+    """R (n, 3, 3) that turn z into each direction (n, 3), not zero."""
+    z = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
+    helper = np.where(np.abs(z[:, :1]) < 0.9, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    x = np.cross(helper, z)
+    x /= np.linalg.norm(x, axis=-1, keepdims=True)
+    return np.stack([x, np.cross(z, x), z], axis=-1)

@@ -1,0 +1,85 @@
+"""The web server of the viewer: on the loopback, at exactly the port that was asked for, quiet, and alone."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import socket
+from typing import Any, Final
+
+import viser
+
+from rollgait.errors import InputError
+
+LOOPBACK: Final = "127.0.0.1"
+PORT: Final = 8080
+PORT_MAX: Final = 65535
+
+
+class Server(viser.ViserServer):
+    """Viser's server without its share button: nothing here asks the outside for anything."""
+
+    def request_share_url(self, verbose: bool = True) -> str | None:
+        """Refuses: a page must not be able to publish this server."""
+        return None
+
+
+def start_server(host: str, port: int, title: str) -> Server:
+    """Starts a server.
+
+    Args:
+        host: address to listen on.
+        port: 0 takes a free one.
+        title: of the page.
+
+    Raises:
+        InputError: the port or the host cannot be had.
+    """
+    port = check_address(host, port)
+    with contextlib.redirect_stdout(io.StringIO()):  # viser prints a table of its addresses
+        server = Server(host=host, port=port, label=title, verbose=False)
+    if server.get_port() != port:  # taken in between: viser goes on to the next one
+        stop_server(server)
+        raise _taken(port)
+    server.gui.configure_theme(
+        show_logo=False,
+        show_share_button=False,
+        control_layout="collapsible",
+        control_width="large",
+        brand_color=(0, 114, 178),
+    )
+    return server
+
+
+def stop_server(server: Any) -> None:
+    """Stops a server quietly."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
+def check_address(host: str, port: int) -> int:
+    """The port, or a free one for 0. Raises `InputError` if nothing can listen there."""
+    if not 0 <= port <= PORT_MAX:
+        raise InputError("port", port, f"must lie within [0, {PORT_MAX}]; 0 takes a free one")
+    try:
+        address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    except OSError:
+        raise InputError("host", host, "must be an address of this machine") from None
+    with socket.socket(address[0], socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((host, port))
+        except PermissionError:
+            raise InputError("port", port, "must be at least 1024 without special rights") from None
+        except OverflowError:
+            raise InputError("port", port, f"must lie within [0, {PORT_MAX}]") from None
+        except OSError as error:
+            if error.errno == errno.EADDRNOTAVAIL:
+                raise InputError("host", host, "must be an address of this machine") from None
+            raise _taken(port) from None
+        return int(probe.getsockname()[1])
+
+
+def _taken(port: int) -> InputError:
+    return InputError("port", port, "is in use by another program; choose another, or 0 for a free one")

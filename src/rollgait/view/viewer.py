@@ -1,0 +1,275 @@
+"""The viewer: a page with a motion, its judgement, and a place to plan the next one.
+
+All state is the server's: every browser sees and moves the same.
+"""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import viser
+
+from rollgait.errors import RollgaitError
+from rollgait.plan.plan import Plan
+from rollgait.tracking import JointTrajectory
+from rollgait.view.clip import Clip, clip_of_plan, open_clip
+from rollgait.view.layers.layer import GHOST
+from rollgait.view.meshes import whole_body_of
+from rollgait.view.panels.judgement import JudgementPanel
+from rollgait.view.panels.motion import Header, LayerPanel, PlotPanel, TimePanel
+from rollgait.view.panels.planning import PlanningPanel
+from rollgait.view.scene import Scene
+from rollgait.view.server import LOOPBACK, PORT, start_server, stop_server
+from rollgait.view.solving import Outcome, Progress, Solving
+from rollgait.view.timeline import Timeline
+
+UPLOAD_NAME = "uploaded"
+
+
+class Viewer:
+    """A page at `url` until `close`.
+
+    Args:
+        clip: what is shown.
+        ghost: what stands behind it to compare, None if nothing.
+        host: address to listen on.
+        port: 0 takes a free one.
+
+    Raises:
+        InputError: the port or the host cannot be had.
+    """
+
+    def __init__(self, clip: Clip, ghost: Clip | None = None, host: str = LOOPBACK, port: int = PORT) -> None:
+        self.server = start_server(host, port, "rollgait")
+        self.url = f"http://{host}:{self.server.get_port()}"
+        self._lock = threading.RLock()
+        self._count = 0
+        self.scene: Scene | None = None
+        self.ghost: Scene | None = None
+        self.timeline = Timeline(clip.horizon, self._follow)
+        self.planning = Solving(self._progressed, self._planned)
+        self.tracking = Solving(lambda _: None, self._tracked)
+        self._build_page()
+        self.show(clip, ghost)
+        self._look(clip)
+
+    # -- what is shown --
+
+    def show(self, clip: Clip, ghost: Clip | None = None) -> None:
+        """Shows a clip, and another one as its ghost."""
+        with self._lock, self.server.atomic():
+            switches = self._switches()
+            for scene in (self.scene, self.ghost):
+                if scene is not None:
+                    scene.remove()
+            self._count += 1
+            api = self.server.scene
+            self.scene = Scene(api, f"/motion{self._count}", clip)
+            self.ghost = None if ghost is None else Scene(api, f"/ghost{self._count}", ghost, GHOST)
+            for title, shown in switches.items():
+                self.scene.switch(title, shown)
+            self._header.show(clip, ghost)
+            self.time.build(clip)
+            self._layers.build({t: layer.root.visible for t, layer in self.scene.layers.items()})
+            self._plots.build(clip)
+            self._judgement.build(clip)
+            self.panel.build(clip)
+            self._whole_body.visible = (
+                clip.plan is not None and clip.joints is None and whole_body_of(clip.robot) is not None
+            )
+            self._no_ghost.visible = ghost is not None
+            horizon = max(clip.horizon, 0.0 if ghost is None else ghost.horizon)
+            self.timeline.restart(min(horizon, clip.horizon))
+
+    @property
+    def clip(self) -> Clip:
+        """What is shown."""
+        if self.scene is None:
+            raise RuntimeError("nothing is shown yet")
+        return self.scene.clip
+
+    def close(self) -> None:
+        """Ends the page and all that runs behind it."""
+        self.timeline.close()
+        self.planning.close()
+        self.tracking.close()
+        stop_server(self.server)
+
+    def _switches(self) -> dict[str, bool]:
+        """The state of the switches, to be kept for the next clip."""
+        if self.scene is None:
+            return {}
+        keep = ("robot", "whole body")  # which of the two depends on the clip
+        return {t: layer.root.visible for t, layer in self.scene.layers.items() if t not in keep}
+
+    def _switch(self, title: str, shown: bool) -> None:
+        with self._lock, self.server.atomic():
+            for scene in (self.scene, self.ghost):
+                if scene is not None:
+                    scene.switch(title, shown)
+
+    def _follow(self) -> None:
+        """Shows the time at which the timeline stands."""
+        with self._lock:
+            if self.scene is None:
+                return
+            with self.server.atomic():
+                self.scene.show(self.timeline.time)
+                if self.ghost is not None:
+                    self.ghost.show(self.timeline.time)
+                self.time.follow()
+                self._plots.follow(self.scene.index)
+
+    def _go(self, time: float) -> None:
+        self.timeline.pause()
+        self.timeline.go(time)
+
+    # -- the page --
+
+    def _build_page(self) -> None:
+        gui = self.server.gui
+        self._header = Header(gui)
+        self.time = TimePanel(gui, self.timeline)
+        tabs = gui.add_tab_group(order=3.0)
+        with tabs.add_tab("Plots") as tab:
+            self._plots = PlotPanel(gui, tab)
+        with tabs.add_tab("Layers"):
+            self._layers = LayerPanel(gui, self._switch)
+        with tabs.add_tab("Judgement") as tab:
+            self._judgement = JudgementPanel(gui, tab, self._go)
+        with tabs.add_tab("Plan"):
+            self.panel = PlanningPanel(self.server, self.plan, self.planning.cancel, self._save_plan)
+        with tabs.add_tab("Files"):
+            self._build_files(gui)
+
+    def _build_files(self, gui: viser.GuiApi) -> None:
+        opened = gui.add_upload_button(
+            "Open a plan, joints or a log", icon=viser.Icon.FOLDER_OPEN, mime_type=".npz", color="gray"
+        )
+        compared = gui.add_upload_button(
+            "Compare with", icon=viser.Icon.GHOST, mime_type=".npz", color="gray"
+        )
+        self._no_ghost = gui.add_button("Take the ghost away", icon=viser.Icon.GHOST_OFF, color="gray")
+        self._whole_body = gui.add_button(
+            "Find the whole body", icon=viser.Icon.ROBOT, color="gray", hint="Joints that follow the plan"
+        )
+        self._note = gui.add_markdown("")
+        opened.on_upload(lambda event: self._uploaded(event.target.value, ghost=False))
+        compared.on_upload(lambda event: self._uploaded(event.target.value, ghost=True))
+        self._no_ghost.on_click(lambda _: self.show(self.clip))
+        self._whole_body.on_click(lambda _: self._track())
+
+    def _look(self, clip: Clip) -> None:
+        """Puts the camera where the whole way is in sight."""
+        camera = self.server.initial_camera
+        s = clip.samples
+        low, high = s.com_position.min(axis=0), s.com_position.max(axis=0)
+        middle = 0.5 * (low + high)
+        distance = 2.4 + 0.9 * float(np.linalg.norm(high - low))
+        middle[2] = clip.ground + 0.35 * clip.robot.height
+        camera.look_at = tuple(middle)
+        camera.position = tuple(middle + distance * np.array([0.35, -0.8, 0.48]))
+        camera.up = (0.0, 0.0, 1.0)
+        camera.fov = np.radians(40.0)
+
+    # -- files --
+
+    def _uploaded(self, file: Any, ghost: bool) -> None:
+        path = self.planning.new_file()
+        path.write_bytes(file.content)
+        try:
+            clip = open_clip(path)
+        except RollgaitError as error:
+            self._note.content = _plain(str(error).replace(repr(str(path)), repr(file.name)))
+            return
+        finally:
+            path.unlink()
+        clip = _renamed(clip, file.name.removesuffix(".npz") or UPLOAD_NAME)
+        self._note.content = ""
+        if ghost:
+            self.show(self.clip, clip)
+        else:
+            self.show(clip)
+
+    def _save_plan(self, client: viser.ClientHandle) -> None:
+        plan = self.clip.plan
+        if plan is not None:
+            path = plan.save(self.planning.new_file())
+            client.send_file_download(f"{self.clip.name}.npz", path.read_bytes(), save_immediately=True)
+            path.unlink()
+
+    # -- planning --
+
+    def plan(self) -> None:
+        """Plans what the controls ask for, in the background."""
+        try:
+            scenario = self.panel.scenario()
+        except RollgaitError as error:
+            self.panel.done(str(error), good=False)
+            return
+        if self.planning.plan(scenario.to_yaml()):
+            self.panel.busy()
+
+    def _progressed(self, progress: Progress) -> None:
+        self.panel.progress(progress)
+
+    def _planned(self, outcome: Outcome) -> None:
+        if outcome.file is None or outcome.message:
+            self.panel.done(outcome.message, good=False)
+            return
+        plan = Plan.load(outcome.file)
+        clip = clip_of_plan(plan, "planned here")
+        before = self.clip if self.panel.keep.value else None
+        self.show(clip, before)
+        seconds = plan.statistics.solve_time
+        self.panel.done(f"solved in {seconds:.2g} s, {clip.verdict}", good=clip.passed)
+        self.timeline.play()
+
+    def _track(self) -> None:
+        plan = self.clip.plan
+        if plan is not None and self.tracking.track(plan.save(self.tracking.new_file())):
+            self._whole_body.disabled = True
+            self._note.content = "finding the joints …"
+
+    def _tracked(self, outcome: Outcome) -> None:
+        self._whole_body.disabled = False
+        self._note.content = _plain(outcome.message)
+        if outcome.file is None:
+            return
+        clip = self.clip.with_joints(JointTrajectory.load(outcome.file))
+        self.show(clip, None if self.ghost is None else self.ghost.clip)
+
+
+def view(motion: Any, compare: Any = None, *, host: str = LOOPBACK, port: int = PORT) -> Viewer:
+    """Opens the viewer of a motion and returns at once; it lives until `close` or the end of the program.
+
+    Args:
+        motion: a plan, or the file of a plan, of joints, or of a simulation.
+        compare: another one to show as a ghost.
+        host: address to listen on.
+        port: 0 takes a free one.
+
+    Raises:
+        InputError: a file is not what it should be, or the port cannot be had.
+    """
+    return Viewer(_clip(motion), None if compare is None else _clip(compare), host, port)
+
+
+def _clip(motion: Any) -> Clip:
+    if isinstance(motion, Clip):
+        return motion
+    return clip_of_plan(motion, "plan") if isinstance(motion, Plan) else open_clip(Path(motion))
+
+
+def _renamed(clip: Clip, name: str) -> Clip:
+    from dataclasses import replace
+
+    return replace(clip, name=name)
+
+
+def _plain(text: str) -> str:
+    """Text as Markdown that means nothing but itself."""
+    return "".join(f"\\{letter}" if letter in "\\`*_{}[]<>()#+-.!|&" else letter for letter in text)
