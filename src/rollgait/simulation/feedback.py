@@ -3,7 +3,7 @@
 The twist takes the base to its planned pose in the ground plane. A wheel i at p_i shall then move by
 δ_i = v + ω × (p_i − p_base) on top of its planned velocity: along its heading it rolls faster, across it
 steers, by δ⊥ v / (v² + ε²), as it must roll to get aside. After the last step, as far as the wheels stand
-still, the legs shift the base sideways over the feet.
+still, the legs shift the base over the feet: sideways, or all ways where there are no wheels.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class BaseFeedback:
         self._world, self._joints = world, joints
         self._rolled = np.zeros(4)
         self._steered = np.zeros(4)
-        self._shifted = 0.0
+        self._shifted = np.zeros(2)
         steps = joints.time[~joints.reference.contact.all(axis=1)]
         self._stands_from = float(steps[-1]) + AFTER_STEP if len(steps) else 0.0
         self._legs = [np.zeros(len(leg)) for leg in world.legs]
@@ -106,14 +106,20 @@ class BaseFeedback:
         change = (steering - self._steered) * PERIOD / STEERING_TIME
         change = np.clip(change, -STEERING_RATE * PERIOD, STEERING_RATE * PERIOD)
         self._steered += change
-        left = np.array([-np.sin(yaw), np.cos(yaw), 0.0])
-        standing = SLOW**2 / (float(np.mean(speed[stance] ** 2)) + SLOW**2) if stance.any() else 0.0
+        standing = SLOW**2 / (float(np.max(speed**2)) + SLOW**2)
         if time >= self._stands_from:
-            speed_left = np.clip(standing * SHIFT_GAIN * (away @ left[:2]), -SHIFT_SPEED, SHIFT_SPEED)
-            shifted = float(np.clip(self._shifted + speed_left * PERIOD, -SHIFT_MAX, SHIFT_MAX))
-            self._shift_legs(data, (shifted - self._shifted) * left)
+            step = bounded(standing * SHIFT_GAIN * self._left_to_legs(away, yaw), SHIFT_SPEED) * PERIOD
+            shifted = bounded(self._shifted + step, SHIFT_MAX)
+            self._shift_legs(data, np.append(shifted - self._shifted, 0.0))
             self._shifted = shifted
         return self._as_joints(data.xaxis[self._world.joints], heading, rolling, change / PERIOD)
+
+    def _left_to_legs(self, away: Array, yaw: float) -> Array:
+        """The part of an error in the ground plane that no wheel can take back, (2,), m."""
+        if all(wheel is None for wheel in self._world.wheels):
+            return away
+        left = np.array([-np.sin(yaw), np.cos(yaw)])
+        return np.asarray((away @ left) * left)
 
     def _shift_legs(self, data: Any, step: Array) -> None:
         """Moves the base over the feet by `step` in the world, (3,), m."""

@@ -39,8 +39,12 @@ WHEEL_WIDTH: Final = 0.25
 POINT_RADIUS: Final = 0.01
 """Radius of a point foot of which no radius is known, m."""
 
+INERTIA_MIN: Final = 1e-9
+"""Smallest principal moment of inertia of a link, kg m²; MuJoCo refuses less."""
+
 GROUND: Final = "ground"
 _FOOT: Final = "foot_"
+_PAIRS: Final = ("xx", "yy", "zz", "xy", "xz", "yz")
 _ROOT: Final = "root_link"
 _MESHES: Final = (".stl", ".obj", ".msh")
 
@@ -182,6 +186,7 @@ def _read(urdf: Urdf, visual: bool) -> Any:
             if part.tag == "visual" and visual and _can_be_shown(part, urdf):
                 continue
             link.remove(part)
+        _repair_inertia(link)
     for extension in root.findall("mujoco"):
         root.remove(extension)
     settings = {"strippath": "false", "discardvisual": "false", "fusestatic": "false", "autolimits": "true"}
@@ -192,6 +197,20 @@ def _read(urdf: Urdf, visual: bool) -> Any:
         raise FileError(
             "urdf", str(urdf.path), f"is not understood by MuJoCo: {_first_line(error)}"
         ) from None
+
+
+def _repair_inertia(link: ET.Element) -> None:
+    """An inertia that no body can have, as dummy links carry, becomes that of a ball with the same trace."""
+    inertia = link.find("inertial/inertia")
+    if inertia is None:
+        return
+    xx, yy, zz, xy, xz, yz = (float(inertia.get(f"i{pair}", "0")) for pair in _PAIRS)
+    a, b, c = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if a > INERTIA_MIN and a + b >= c:
+        return
+    ball = max((xx + yy + zz) / 3.0, INERTIA_MIN)
+    for pair in _PAIRS:
+        inertia.set(f"i{pair}", repr(ball if pair[0] == pair[1] else 0.0))
 
 
 def _rename(root: ET.Element, old: str, new: str) -> None:
