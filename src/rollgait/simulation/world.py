@@ -20,7 +20,7 @@ from rollgait.errors import FileError, InputError
 from rollgait.robot.robot import GRAVITY, LEG_NAMES
 from rollgait.robot.urdf_files import UNLIMITED, Urdf, read_urdf
 from rollgait.robot.whole_body import LegJoints, WholeBody
-from rollgait.simulation.disturbances import Disturbances
+from rollgait.simulation.disturbances import Disturbances, Payload
 
 Array = NDArray[np.float64]
 
@@ -32,6 +32,9 @@ IMPEDANCE_RATIO: Final = 50.0
 
 CONTACT_TIME: Final = 5e-3
 """Time constant of a contact, s. With MuJoCo's default of 20 ms loaded wheels creep four times as fast."""
+
+PAYLOAD_RADIUS: Final = 0.05
+"""Radius of the ball that a payload is, m."""
 
 WHEEL_WIDTH: Final = 0.25
 """Half the width of a wheel's ellipsoid as a share of its radius."""
@@ -128,15 +131,7 @@ def build_world(
         used.append(true)
     _add_ground(spec, ground_height, given.friction, visual)
     if given.payload is not None:
-        root.add_geom(
-            type=mujoco.mjtGeom.mjGEOM_SPHERE,
-            size=[0.05, 0.0, 0.0],
-            pos=given.payload.place,
-            mass=given.payload.mass,
-            contype=0,
-            conaffinity=0,
-            rgba=[0.8, 0.3, 0.1, 1.0],
-        )
+        _add_payload(root, given.payload)
     missing = [name for name in joint_names if name not in {joint.name for joint in spec.joints}]
     if missing:
         raise InputError("joints", missing[0], f"is not a joint of {urdf.path.name}")
@@ -280,6 +275,21 @@ def _axle(urdf: Urdf, leg: LegJoints) -> Array:
             direction = np.array([float(part) for part in text.split()])
             return np.asarray(direction / np.linalg.norm(direction))
     raise InputError("legs.wheel_joint", leg.wheel_joint, f"is not a joint of {urdf.path.name}")
+
+
+def _add_payload(root: Any, payload: Payload) -> None:
+    """A body of its own: MuJoCo ignores the mass of a geom in a body whose inertia the URDF gives."""
+    load = root.add_body(name="payload", pos=payload.place, mass=payload.mass)
+    load.ipos = [0.0, 0.0, 0.0]
+    load.inertia = [0.4 * payload.mass * PAYLOAD_RADIUS**2] * 3
+    load.explicitinertial = True
+    load.add_geom(
+        type=mujoco.mjtGeom.mjGEOM_SPHERE,
+        size=[PAYLOAD_RADIUS, 0.0, 0.0],
+        contype=0,
+        conaffinity=0,
+        rgba=[0.8, 0.3, 0.1, 1.0],
+    )
 
 
 def _add_ground(spec: Any, height: float, friction: float, visual: bool) -> None:
