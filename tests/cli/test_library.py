@@ -11,7 +11,7 @@ from rollgait.config import parse_yaml
 from rollgait.robot import robot_names
 from rollgait.scenario import Scenario, find_scenario, scenario_names
 
-COMMANDS = ("plan", "check", "plot", "export", "scenarios", "robots", "show")
+COMMANDS = ("plan", "many", "check", "plot", "export", "scenarios", "robots", "show", "cache")
 
 
 def output(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:

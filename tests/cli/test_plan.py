@@ -1,6 +1,7 @@
 """From a scenario to files on disk: what is solved, what is not certified, what is not solved, and Ctrl-C."""
 
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -25,6 +26,7 @@ NOT_SOLVED = (*SHORT, "--set", "bounds.force_max=50")
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROLLGAIT_CACHE", "off")  # no line about compiling, whatever was planned before
     return tmp_path
 
 
@@ -88,9 +90,42 @@ def test_an_unknown_method_lists_the_known(option: str, capsys: pytest.CaptureFi
     assert f"error: {option}: 'magic' is not known; valid: " in err
 
 
-def test_ctrl_c_leaves_nothing(folder: Path) -> None:
-    command = [sys.executable, "-u", "-c", WITH_CTRL_C, "plan", "hybrid-goback"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+def test_several_starts_are_listed_with_their_costs(capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = ran(capsys, *SHORT, "--starts", "3", "--seed", "1")
+    assert status == 0
+    plan = Plan.load("short.npz")
+    assert len(plan.statistics.starts) == 3
+    (chosen,) = [line for line in out.splitlines() if line.endswith("  chosen")]
+    assert chosen.startswith(f"  {plan.statistics.start} ")
+    for start in plan.statistics.starts:
+        assert f"\n  {start.name} " in out
+    assert "\nstarts\n" not in ran(capsys, *SHORT)[1]
+
+
+def test_a_plan_starts_from_another(capsys: pytest.CaptureFixture[str]) -> None:
+    assert ran(capsys, *SHORT)[0] == 0
+    again = (*SHORT[:-1], "again.npz", "--set", "goal.x=0.25", "--from", "short.npz")
+    assert ran(capsys, *again)[0] == 0
+    assert Plan.load("again.npz").statistics.start == "warm start"
+    status, out, err = ran(capsys, *SHORT, "--from", "missing.npz")
+    assert (status, out) == (2, "")
+    assert "missing.npz" in err
+
+
+def test_it_says_in_one_line_that_there_are_no_kernels(folder: Path) -> None:
+    environment = os.environ | {"ROLLGAIT_CACHE": str(folder / "cache"), "CC": "no-such-compiler"}
+    command = [sys.executable, "-m", "rollgait", *SHORT]
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True)
+    assert done.stderr == "no C compiler found: planning without compiled kernels\n"
+    command.append("--no-kernels")
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=True)
+    assert Plan.load(folder / "short.npz").solved
+
+
+@pytest.mark.parametrize("solver", ["fatrop", "ipopt"])
+def test_ctrl_c_leaves_nothing(solver: str, folder: Path) -> None:
+    command = [sys.executable, "-u", "-c", WITH_CTRL_C, "plan", "hybrid-goback", "--solver", solver]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr == "error: stopped by Ctrl-C; no file is left half-written\n"
     assert list(folder.iterdir()) == []
