@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from rollgait.solvers.interrupt import deferred_interrupt
 from rollgait.solvers.solution import Iteration, Progress, Solution
-from rollgait.transcription.base import Transcribed
-from rollgait.transcription.nlp import Nlp
+from rollgait.transcription.base import Program, Transcribed
 
 DERIVATIVES = ("nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "nlp_hess_l", "nlp_grad")
 
@@ -40,11 +39,11 @@ def make_solver(transcribed: Transcribed, kernels: bool = True) -> Ipopt:
 
 
 class Ipopt:
-    """A solver for one NLP, built once."""
+    """A solver for one nonlinear program, built once."""
 
     name = "ipopt"
 
-    def __init__(self, nlp: Nlp, options: dict[str, Any] | None = None) -> None:
+    def __init__(self, nlp: Program, options: dict[str, Any] | None = None) -> None:
         self.nlp = nlp
         self._report = _Report(nlp)
         self._options = options or {}
@@ -91,7 +90,7 @@ class Ipopt:
 class _Report(ca.Callback):
     """Passes IPOPT's iterations on; an exception in there stops IPOPT and is raised after it."""
 
-    def __init__(self, nlp: Nlp) -> None:
+    def __init__(self, nlp: Program) -> None:
         ca.Callback.__init__(self)
         self._nlp = nlp
         self.progress: Progress | None = None

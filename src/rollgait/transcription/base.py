@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +25,28 @@ class Structure:
     nx: tuple[int, ...]
     nu: tuple[int, ...]
     ng: tuple[int, ...]
+
+
+class Program(Protocol):
+    """A nonlinear program as a general solver sees it."""
+
+    size: int
+    rows: int
+    lower: Array
+    upper: Array
+    g_lower: Array
+    g_upper: Array
+
+    @property
+    def parameters(self) -> Array:
+        """All numbers that the functions depend on."""
+
+    @property
+    def functions(self) -> Mapping[str, ca.Function]:
+        """f, g and their derivatives as functions of (x, p), under the names that `nlpsol` uses."""
+
+    def violations(self, g: Array, w: Array) -> Array:
+        """By how much each constraint, then each bound, is violated (0 where it holds)."""
 
 
 class Transcribed(Protocol):

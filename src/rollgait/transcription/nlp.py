@@ -11,7 +11,7 @@ rows that bound one variable are bounds, and rows without a variable are gone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -93,6 +93,49 @@ class RowOrigin:
     interval: int
 
 
+@dataclass(frozen=True)
+class BoundOrigin(RowOrigin):
+    """Where a bound of a variable comes from: a row that changes by `slope` with the variable."""
+
+    slope: float
+
+
+@dataclass(frozen=True)
+class _BoundSources:
+    """Block, row, repetition and slope behind the lower (0) and upper (1) bound of each variable."""
+
+    index: Index
+    slope: Array
+
+    @classmethod
+    def none(cls, total: int) -> _BoundSources:
+        return cls(np.full((2, total, 3), -1, dtype=np.intp), np.ones((2, total)))
+
+    def note(
+        self,
+        block: int,
+        row: Index,
+        stage: Index,
+        variable: Index,
+        slope: Array,
+        ends: Array,
+        bounds: tuple[Array, Array],
+    ) -> None:
+        """Notes the rows whose `ends` (2, n) have become the bounds of their variables."""
+        for side, end in enumerate((ends.min(axis=0), ends.max(axis=0))):
+            here = np.isfinite(end) & (end == bounds[side][variable])
+            sources = np.stack([np.full(row.shape, block), row, stage], axis=-1)
+            self.index[side, variable[here]] = sources[here]
+            self.slope[side, variable[here]] = np.abs(slope[here])
+
+    def of(self, side: int, variables: Index) -> Iterator[tuple[int, int, int, float]]:
+        """Block (−1 if there is no bound), row, repetition, slope for each of the variables."""
+        for (block, row, stage), slope in zip(
+            self.index[side, variables].tolist(), self.slope[side, variables].tolist(), strict=True
+        ):
+            yield block, row, stage, slope
+
+
 class Nlp:
     """The whole problem, ready for a solver.
 
@@ -122,6 +165,7 @@ class Nlp:
         low[: initial.size] = high[: initial.size] = initial
         self._kept = [block.stage.holds & _limits_something(block.stage) for block in self.blocks]
         self.contradictions: list[tuple[RowOrigin, float]] = []
+        self._bound_sources = _BoundSources.none(self.total)
         while True:
             self._split(low, high)
             taken = [
@@ -166,11 +210,15 @@ class Nlp:
         ends = (limits - values[row, stage]) / slopes[nonzero, stage]
         np.maximum.at(low, variable, ends.min(axis=0))
         np.minimum.at(high, variable, ends.max(axis=0))
+        self._bound_sources.note(
+            self.blocks.index(block), row, stage, variable, slopes[nonzero, stage], ends, (low, high)
+        )
         keep &= ~single
         crossed = low[variable] > high[variable] + FIXED_TOLERANCE
         for i in np.flatnonzero(crossed):
             origin = RowOrigin(block.stage.labels[row[i]], block.first + int(stage[i]))
-            self.contradictions.append((origin, float(low[variable[i]] - high[variable[i]])))
+            crossing = (low[variable[i]] - high[variable[i]]) * abs(slopes[nonzero[i], stage[i]])
+            self.contradictions.append((origin, float(crossing)))
         return True
 
     def _free_entries(self, block: Block) -> NDArray[np.bool_]:
@@ -280,6 +328,19 @@ class Nlp:
             for k, row in zip(*divmod(order, len(block.stage.labels)), strict=True):
                 result.append(RowOrigin(block.stage.labels[row], block.first + int(k)))
         return result
+
+    @cached_property
+    def bound_origins(self) -> tuple[list[BoundOrigin | None], list[BoundOrigin | None]]:
+        """Which constraint each lower and each upper bound of the free variables comes from."""
+        result: list[list[BoundOrigin | None]] = [[], []]
+        for side, origins in enumerate(result):
+            for block_number, row, stage, slope in self._bound_sources.of(side, self.free):
+                if block_number < 0:
+                    origins.append(None)
+                    continue
+                block = self.blocks[block_number]
+                origins.append(BoundOrigin(block.stage.labels[row], block.first + stage, slope))
+        return result[0], result[1]
 
     # -- values ------------------------------------------------------------------------------------------
 
