@@ -10,7 +10,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import rollgait
-from rollgait.cli import cache, check, export, library, many, plan, plot, robot, simulate, track, view
+from rollgait.cli import cache, check, export, library, many, plan, plot, record, robot, simulate, track, view
 from rollgait.cli.log import log_on_stderr
 from rollgait.cli.output import print_error
 from rollgait.cli.run import run as run_scenario
@@ -32,6 +32,7 @@ app.command("track")(track.track)
 app.command("simulate")(simulate.simulate)
 app.command("run")(run_scenario)
 app.command("view")(view.view)
+app.command("record")(record.record)
 app.command("scenarios")(library.scenarios)
 app.command("robots")(library.robots)
 app.command("show")(library.show)

@@ -33,8 +33,9 @@ def samples_of_log(log: SimulationLog, index: NDArray[np.intp], times: Array) ->
     for leg, ((_, joints), data) in enumerate(zip(body.leg_list(), log.robot.leg_list, strict=True)):
         radius = joints.radius if joints.radius is not None else data.wheel_radius or 0.0
         foot[:, leg], heading[:, leg] = _contact_point(poses[joints.frame], radius, data.wheel_radius is None)
-    heading = np.unwrap(heading, period=np.pi, axis=0)
     com, euler = log.com_position[index], _euler(log.base_quaternion[index])
+    heading = np.unwrap(heading, period=np.pi, axis=0)
+    heading -= np.pi * np.round((heading[0] - euler[0, 0]) / np.pi)  # an axle has no front: take the base's
     velocity = _rate(foot, times)
     speed = velocity[..., 0] * np.cos(heading) + velocity[..., 1] * np.sin(heading)
     return Samples(

@@ -180,4 +180,4 @@ def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 
 def _number(value: float, digits: int) -> str:
-    return f"{value:.{digits}f}".replace("-", "−") if np.isfinite(value) else "–"
+    return f"{value:z.{digits}f}".replace("-", "−") if np.isfinite(value) else "–"

@@ -9,12 +9,12 @@ import threading
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import viser
 
 from rollgait.errors import RollgaitError
 from rollgait.plan.plan import Plan
 from rollgait.tracking import JointTrajectory
+from rollgait.view.camera import aim
 from rollgait.view.clip import Clip, clip_of_plan, open_clip
 from rollgait.view.layers.layer import GHOST
 from rollgait.view.meshes import whole_body_of
@@ -54,7 +54,7 @@ class Viewer:
         self.tracking = Solving(lambda _: None, self._tracked)
         self._build_page()
         self.show(clip, ghost)
-        self._look(clip)
+        aim(self.server, clip)
 
     # -- what is shown --
 
@@ -161,19 +161,6 @@ class Viewer:
         compared.on_upload(lambda event: self._uploaded(event.target.value, ghost=True))
         self._no_ghost.on_click(lambda _: self.show(self.clip))
         self._whole_body.on_click(lambda _: self._track())
-
-    def _look(self, clip: Clip) -> None:
-        """Puts the camera where the whole way is in sight."""
-        camera = self.server.initial_camera
-        s = clip.samples
-        low, high = s.com_position.min(axis=0), s.com_position.max(axis=0)
-        middle = 0.5 * (low + high)
-        distance = 2.4 + 0.9 * float(np.linalg.norm(high - low))
-        middle[2] = clip.ground + 0.35 * clip.robot.height
-        camera.look_at = tuple(middle)
-        camera.position = tuple(middle + distance * np.array([0.35, -0.8, 0.48]))
-        camera.up = (0.0, 0.0, 1.0)
-        camera.fov = np.radians(40.0)
 
     # -- files --
 

@@ -56,7 +56,7 @@ class StartAndGoal(Layer):
     def show(self, index: int) -> None:
         """Of several goals the one that holds now, and those to come."""
         now = self.clip.time[index]
-        ends = [begin for begin, _ in self.goals[1:]] + [np.inf]
-        for end, (_, handle) in zip(ends, self.goals, strict=True):
+        for number, (_, handle) in enumerate(self.goals):
+            end = self.goals[number + 1][0] if number + 1 < len(self.goals) else np.inf
             if handle.visible != (wanted := bool(now < end)):
                 handle.visible = wanted

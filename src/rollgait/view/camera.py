@@ -1,0 +1,42 @@
+"""Where one looks from: so that the whole way of a clip is in sight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+import viser
+
+from rollgait.plan.samples import Array
+from rollgait.view.clip import Clip
+
+FIELD_OF_VIEW: Final = np.radians(40.0)
+"""Vertical angle of the picture, rad."""
+FROM: Final = np.array([0.35, -0.8, 0.48])
+"""Direction from what is looked at to the camera: from the right, a little ahead and above."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Places of the camera and of what it looks at, world, (3,), m."""
+
+    position: Array
+    look_at: Array
+
+
+def camera_of(clip: Clip) -> Camera:
+    """The camera for a clip."""
+    place = clip.samples.com_position
+    low, high = place.min(axis=0), place.max(axis=0)
+    middle = 0.5 * (low + high)
+    middle[2] = clip.ground + 0.35 * clip.robot.height
+    size = clip.robot.height / 0.75 * 2.4 + 0.9 * float(np.linalg.norm(high - low))
+    return Camera(middle + size * FROM, middle)
+
+
+def aim(server: viser.ViserServer, clip: Clip) -> None:
+    """Sets the camera with which a browser begins."""
+    camera, begin = camera_of(clip), server.initial_camera
+    begin.look_at, begin.position, begin.up = camera.look_at, camera.position, (0.0, 0.0, 1.0)
+    begin.fov = float(FIELD_OF_VIEW)
