@@ -13,14 +13,19 @@ WORKERS ?= 2
 help: ## Say what there is.
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 16
 
-demo: $(READY) ## Plan CENTAURO's hybrid motion into out/, with its figures.
+demo: $(READY) ## Plan CENTAURO's hybrid motion into out/, with its figures; let the whole body execute it in MuJoCo.
 	@mkdir -p out
 	@$(BIN)/rollgait plan $(DEMO) --out out/$(DEMO).npz
 	@$(BIN)/rollgait plot out/$(DEMO).npz --out out/$(DEMO)-figures
 	@echo
+	@$(BIN)/rollgait track out/$(DEMO).npz --out out/$(DEMO).joints.npz
+	@echo
+	@$(BIN)/rollgait simulate out/$(DEMO).joints.npz
+	@echo
 	@echo "Type next:"
 	@echo "  source $(BIN)/activate"
 	@echo "  rollgait check out/$(DEMO).npz      judge the plan again"
+	@echo "  rollgait run wheeled                     the whole chain, with a report page"
 	@echo "  rollgait scenarios                       see the other motions"
 	@echo "  rollgait show $(DEMO) > my.yaml    start one of your own"
 

@@ -5,8 +5,12 @@ Draws without a window: MUJOCO_GL is set to `egl` where nothing else is said and
 
 from __future__ import annotations
 
+import importlib
 import os
 import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
@@ -15,7 +19,7 @@ from numpy.typing import NDArray
 
 from rollgait.errors import FileError, InputError, MissingExtraError, RollgaitError
 from rollgait.files import check_writable, replacing
-from rollgait.robot.whole_body import EXTRA, WholeBody
+from rollgait.robot.whole_body import WholeBody
 from rollgait.simulation.log import SimulationLog
 
 Array = NDArray[np.float64]
@@ -43,24 +47,29 @@ class RenderingError(RollgaitError):
 
 
 def check_video(path: str | Path) -> None:
-    """Raises if no film could be written at `path`: known before the long work, not after.
+    """Raises if no film could be made or written at `path`: known before the long work, not after.
 
     Raises:
         InputError: the suffix is none of `FORMATS`.
         FileError: the place cannot be written to.
         MissingExtraError: the extra `video` is not installed.
+        RenderingError: this machine cannot draw without a window.
     """
     target = Path(path)
     if target.suffix.lower() not in FORMATS:
         raise InputError("video", str(target), "must end in a known suffix", FORMATS)
     check_writable(target)
-    _choose_drawing()
     try:
         import imageio_ffmpeg  # noqa: F401
         import OpenGL  # noqa: F401
         from imageio import v3  # noqa: F401
     except ImportError:
         raise MissingExtraError("a video", VIDEO_EXTRA) from None
+    with _drawing():
+        _choose_drawing()
+        from mujoco.rendering.classic import gl_context
+
+        gl_context.GLContext(WIDTH, HEIGHT).free()
 
 
 def save_video(log: SimulationLog, path: str | Path, body: WholeBody) -> Path:
@@ -87,11 +96,28 @@ def save_video(log: SimulationLog, path: str | Path, body: WholeBody) -> Path:
 
 
 def _choose_drawing() -> None:
-    headless = sys.platform == "linux" and not (
-        os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    )
-    if headless:
-        os.environ.setdefault("MUJOCO_GL", "egl")
+    """Draws with EGL where nothing else is said and there is no display, also if MuJoCo is loaded already."""
+    if has_display() or "MUJOCO_GL" in os.environ:
+        return
+    os.environ["MUJOCO_GL"] = "egl"
+    loaded = sys.modules.get("mujoco.rendering.classic.gl_context")
+    if loaded is not None:
+        importlib.reload(loaded)  # it has chosen when it was loaded
+
+
+@contextmanager
+def _drawing() -> Iterator[None]:
+    """What OpenGL raises, as our error; what it warns of before is in there."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    except Exception as error:  # it raises what it likes
+        how = os.environ.get("MUJOCO_GL", "")
+        raise RenderingError(
+            f"no video: this machine cannot draw without a window (MUJOCO_GL={how}): {error}; "
+            "install libegl1 or libosmesa6 and set MUJOCO_GL to egl or osmesa"
+        ) from None
 
 
 def has_display() -> bool:
@@ -100,28 +126,19 @@ def has_display() -> bool:
 
 
 def _frames(log: SimulationLog, body: WholeBody) -> list[NDArray[np.uint8]]:
-    _choose_drawing()
-    try:
-        import mujoco
-    except ImportError:
-        raise MissingExtraError("a video", EXTRA) from None
+    import mujoco
+
     from rollgait.simulation.world import build_world
 
     world = build_world(body, log.joint_names, log.disturbances, ground_height=log.ground_height, visual=True)
     data = mujoco.MjData(world.model)
     world.model.vis.quality.shadowsize = 0
     world.model.vis.quality.offsamples = 1  # multisampling in software costs most of the time
-    try:
+    world.model.vis.headlight.ambient[:] = 0.4
+    with _drawing():
         renderer = mujoco.Renderer(world.model, HEIGHT, WIDTH)
-    except Exception as error:  # OpenGL raises what it likes
-        how = os.environ.get("MUJOCO_GL", "")
-        raise RenderingError(
-            f"no video: this machine cannot draw without a window (MUJOCO_GL={how}): {error}; "
-            "install libegl1 or libosmesa6 and set MUJOCO_GL to egl or osmesa"
-        ) from None
     frames = []
     try:
-        world.model.vis.headlight.ambient[:] = 0.4
         for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
             renderer.scene.flags[flag] = False
         for k in np.searchsorted(log.time, np.arange(0.0, log.time[-1], 1.0 / FRAME_RATE)):
