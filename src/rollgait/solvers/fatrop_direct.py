@@ -13,6 +13,7 @@ Rows of the NLP that define the next state read x⁺ − F, so their multipliers
 from __future__ import annotations
 
 import ctypes
+import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -125,7 +126,8 @@ class DirectFatrop:
 
     def _make_interface(self) -> c.Interface:
         rows, nlp = self._rows, self.nlp
-        primal = self._from_primal
+        # the callbacks must not keep the solver alive: its memory is large and goes with its last user
+        this = weakref.proxy(self)
 
         def copy(target: Any, values: Array) -> int:
             if values.size:
@@ -133,26 +135,28 @@ class DirectFatrop:
             return 0
 
         def objective(scale: float, x: Any, _s: Any, _g: Any, result: Any, _d: Any, _u: Any) -> int:
-            result[0] = scale * self._guarded(lambda: self._values(primal(x))[0], np.nan)
+            result[0] = scale * this._guarded(lambda: this._values(this._from_primal(x))[0], np.nan)
             return c.SKIP
 
         def gradient(scale: float, x: Any, _s: Any, _g: Any, result: Any, _d: Any, _u: Any) -> int:
             nothing = np.full(nlp.size, np.nan)
-            value = self._guarded(lambda: self._gradient(primal(x)), nothing)
+            value = this._guarded(lambda: this._gradient(this._from_primal(x)), nothing)
             copy(result, scale * value[rows.order])
             return c.SKIP
 
         def violation(x: Any, _s: Any, _g: Any, result: Any, dims: Any, _u: Any) -> int:
             nothing = np.full(rows.total, np.nan)
-            copy(result, self._guarded(lambda: self._violation(primal(x), dims.contents), nothing))
+            copy(result, this._guarded(lambda: this._violation(this._from_primal(x), dims.contents), nothing))
             return c.SKIP
 
         def jacobian(x: Any, _s: Any, _g: Any, BAbt: Any, Ggt: Any, Ggt_ineq: Any, dims: Any, _u: Any) -> int:
-            self._guarded(lambda: self._put_jacobian(primal(x), (BAbt, Ggt, Ggt_ineq)), None)
+            this._guarded(lambda: this._put_jacobian(this._from_primal(x), (BAbt, Ggt, Ggt_ineq)), None)
             return c.SKIP
 
         def hessian(scale: float, x: Any, lam: Any, _s: Any, _g: Any, out: Any, dims: Any, _u: Any) -> int:
-            self._guarded(lambda: self._put_hessian(scale, primal(x), lam, out, dims.contents), None)
+            this._guarded(
+                lambda: this._put_hessian(scale, this._from_primal(x), lam, out, dims.contents), None
+            )
             return c.SKIP
 
         def bounds(low: Any, high: Any, k: int, _u: Any) -> int:
@@ -170,8 +174,8 @@ class DirectFatrop:
             get_default_global_params=c.GetValues(lambda *_: 0),
             get_horizon_length=c.GetNumber(lambda _: len(rows.nx)),
             get_bounds=c.GetBounds(bounds),
-            get_initial_xk=c.GetStageValues(lambda x, k, _: copy(x, self._guess[rows.states(k)])),
-            get_initial_uk=c.GetStageValues(lambda u, k, _: copy(u, self._guess[rows.inputs(k)])),
+            get_initial_xk=c.GetStageValues(lambda x, k, _: copy(x, this._guess[rows.states(k)])),
+            get_initial_uk=c.GetStageValues(lambda u, k, _: copy(u, this._guess[rows.inputs(k)])),
             full_eval_lag_hess=c.FullHessian(hessian),
             full_eval_constr_jac=c.FullJacobian(jacobian),
             full_eval_contr_viol=c.FullViolation(violation),

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Iteration:
-    """One iteration: its number, the cost, and the largest violation of a constraint (scaled)."""
+    """One iteration: its number, the cost, the largest violation of a constraint (scaled), and what for."""
 
     number: int
     cost: float
     violation: float
+    task: str = "solving"
 
 
 Progress = Callable[[Iteration], None]
