@@ -13,7 +13,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from rollgait.errors import UnknownNameError
 from rollgait.robot.robot import Robot
@@ -107,6 +106,8 @@ def reference_at(joints: JointTrajectory, times: Array) -> Reference:
 
 def _averaged(values: Array, width: int) -> Array:
     """Mean over `width` steps about each step, the ends held."""
+    from scipy.ndimage import uniform_filter1d  # takes a tenth of a second to load
+
     if width < 2:
         return values
     return np.asarray(uniform_filter1d(values, width, axis=0, mode="nearest"))
