@@ -348,6 +348,8 @@ def _set_options(spec: Any, given: Disturbances) -> None:
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     option.impratio = IMPEDANCE_RATIO
+    # a simulation that has become unstable shall end as a fall, not start anew
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     option.gravity = [-GRAVITY * np.sin(slope), 0.0, -GRAVITY * np.cos(slope)]
 
 
