@@ -48,7 +48,7 @@ def starts(problem: Problem, solve: Solve, warm_start: Plan | None, seed: int) -
         yield Start("warm start", lambda: from_plan(problem, warm_start), warm=True)
     yield Start("kinematic", lambda: kinematic_guess(problem))
     yield Start("homotopy", lambda: _homotopy(problem, solve))
-    yield Start("kinematic, wheels reversed", lambda: kinematic_guess(problem, steering_sign=-1.0))
+    yield Start("kinematic, wheels reversed", lambda: kinematic_guess(problem, reverse=True))
     number = 0
     while True:
         number += 1

@@ -115,10 +115,11 @@ def test_headings_keep_their_range_and_rate(library: Problem) -> None:
     relative = s.heading - s.euler[:, :1]
     for leg in range(4):
         low, high = library.scenario.steering_range(leg)
-        assert low - 1e-6 <= relative[:, leg].min() <= relative[:, leg].max() <= high + 1e-6
+        # σ and θz are interpolated apart
+        assert low - 1e-4 <= relative[:, leg].min() <= relative[:, leg].max() <= high + 1e-4
     limit = library.scenario.value_of("bounds", "steering_rate_max")
     steering_rate = np.gradient(relative, s.time, axis=0)
-    assert np.abs(steering_rate).max() <= limit + 0.01  # rad/s; σ and θz are interpolated apart
+    assert np.abs(steering_rate).max() <= limit + 0.01  # rad/s; the same
 
 
 def test_point_feet_stand_in_stance_and_step_towards_the_goal() -> None:

@@ -1,7 +1,7 @@
 """The kinematic initial guess: a motion that does what is asked but for the physics.
 
 The base follows minimum-jerk paths from goal to goal, the feet keep their nominal places below it
-(stepping where they cannot roll), wheels point along their feet's paths, folded into ±90° of the base and
+(stepping where they cannot roll), wheels point along their feet's paths, forwards or backwards and
 no faster than they can steer, and the forces are those of standing on the feet that are down.
 """
 
@@ -17,6 +17,7 @@ from rollgait.ocp.lift import lift, minimum_jerk
 from rollgait.ocp.problem import Problem
 from rollgait.plan.samples import Samples
 from rollgait.robot.robot import Robot
+from rollgait.transcription.headings import headings_along, rate_limited
 
 Array = NDArray[np.float64]
 Motion = Callable[[Array], Samples]
@@ -26,23 +27,29 @@ STILL = 1e-3
 """m/s below which a foot's velocity says nothing about its heading."""
 GRID = 4
 """Grid points per interval of the heading's path."""
+SHORTEST = 1.5
+"""s that wheels take for a change of pose, however small."""
+CRUISE = 0.9
+"""Part of its top speed that the fastest wheel reaches."""
+PEAK = 1.875
+"""Largest speed of a minimum-jerk path, in mean speeds."""
 
 
-def kinematic_guess(problem: Problem, steering_sign: float = 1.0, detour: Array | None = None) -> Motion:
+def kinematic_guess(problem: Problem, reverse: bool = False, detour: Array | None = None) -> Motion:
     """The guess as a function of time.
 
     Args:
         problem: what is asked.
-        steering_sign: −1 prefers to roll backwards where the wheels may as well roll forwards.
+        reverse: whether the wheels begin backwards where they would forwards, as far as they can be steered.
         detour: how far the base strays in (x, y, yaw) half-way, m and rad; not at all if not given.
     """
-    return _Guess(problem, steering_sign, np.zeros(3) if detour is None else detour)
+    return _Guess(problem, reverse, np.zeros(3) if detour is None else detour)
 
 
 @dataclass
 class _Guess:
     problem: Problem
-    steering_sign: float
+    reverse: bool
     detour: Array
 
     def __post_init__(self) -> None:
@@ -51,7 +58,7 @@ class _Guess:
         self.base, self.base_rate = self._base_path(self.grid)
         self.foot = np.stack([self._foot_path(leg) for leg in range(4)], axis=1)
         self.foot_rate = np.gradient(self.foot, self.grid, axis=0)
-        self.heading = np.stack([self._heading_path(leg) for leg in range(4)], axis=1)
+        self.heading = self._heading_paths()
         self.heading_rate = np.gradient(self.heading, self.grid, axis=0)
 
     # -- base --------------------------------------------------------------------------------------------
@@ -66,15 +73,28 @@ class _Guess:
         begin = 0.0
         for k, end in enumerate(ends):
             change = poses[k + 1] - poses[k]
-            value, slope = minimum_jerk((times - begin) / (end - begin))
+            duration = self._duration(change, end - begin)
+            # the cost looks ahead: half-way when the goal switches
+            first = 0.0 if k == 0 else begin - 0.5 * duration
+            value, slope = minimum_jerk((times - max(first, 0.0)) / duration)
             pose += value[:, None] * change
-            rate += slope[:, None] * change / (end - begin)
+            rate += slope[:, None] * change / duration
             begin = end
         phase = np.pi * times / ends[-1]
         aside = [0, 1, 3]
         pose[:, aside] += np.sin(phase)[:, None] ** 2 * self.detour
         rate[:, aside] += (np.sin(2.0 * phase) * np.pi / ends[-1])[:, None] * self.detour
         return pose, rate
+
+    def _duration(self, change: Array, available: float) -> float:
+        """Time for a change of pose, s: feet that step take all there is, wheels hurry as the cost asks."""
+        robot = self.problem.robot
+        if any(leg.foot == "point" for leg in robot.leg_list):
+            return available
+        lever = np.linalg.norm(robot.stance[:, :2], axis=1).max()
+        way = np.hypot(change[0], change[1]) + lever * abs(change[3])
+        speed = CRUISE * min(self.problem.scenario.speed_max(leg) for leg in range(4))
+        return float(min(max(SHORTEST, PEAK * way / speed), available))
 
     def _nominal(self, leg: int, pose: Array) -> Array:
         """Nominal contact point below base poses (n, 6), in the plane: (n, 2)."""
@@ -108,27 +128,26 @@ class _Guess:
             place = target
         return result
 
-    def _heading_path(self, leg: int) -> Array:
-        """σ on the grid, (n,): along the foot's path, within ±90° of the base, as fast as it can steer."""
-        data, scenario = self.problem.robot.leg_list[leg], self.problem.scenario
-        yaw = self.base[:, 3]
-        if data.foot != "steerable":
-            return yaw + data.heading if data.foot == "fixed" else np.zeros_like(yaw)
-        vx, vy = self.foot_rate[:, leg].T
-        relative = np.arctan2(vy, vx) - yaw
-        low, high = scenario.steering_range(leg)
-        middle = self.steering_sign * 1e-3
-        folded = middle + (relative - middle + 0.5 * np.pi) % np.pi - 0.5 * np.pi
+    def _heading_paths(self) -> Array:
+        """σ on the grid, (n, 4): along the feet's paths, in their range, no faster than they can steer."""
+        problem, yaw = self.problem, self.base[:, 3]
+        legs = problem.robot.leg_list
+        result = np.zeros((yaw.size, 4))
+        fixed = [i for i, leg in enumerate(legs) if leg.foot == "fixed"]
+        result[:, fixed] = yaw[:, None] + [legs[i].heading for i in fixed]
+        steered = [i for i, leg in enumerate(legs) if leg.foot == "steerable"]
+        if not steered:
+            return result
+        vx, vy = np.moveaxis(self.foot_rate[:, steered], 2, 0)
         moving = np.hypot(vx, vy) > STILL
-        wanted = np.clip(folded, low, high)
-        limit = scenario.value_of("bounds", "steering_rate_max") * (self.grid[1] - self.grid[0])
-        path = np.empty_like(yaw)
-        angle = self.problem.start.heading[leg] - self.problem.start.base[3]
-        for k in range(yaw.size):
-            if moving[k]:
-                angle += np.clip(wanted[k] - angle, -limit, limit)
-            path[k] = angle
-        return path + yaw
+        start = problem.start.heading[steered] - problem.start.base[3]
+        limits = np.array([problem.scenario.steering_range(i) for i in steered]).T
+        step = self.grid[1] - self.grid[0]
+        along = np.arctan2(vy, vx) - yaw[:, None]
+        wanted = headings_along(along, moving, start, limits, step, self.reverse)
+        most = problem.scenario.value_of("bounds", "steering_rate_max") * step
+        result[:, steered] = yaw[:, None] + rate_limited(wanted, start, most)
+        return result
 
     # -- samples -----------------------------------------------------------------------------------------
 
