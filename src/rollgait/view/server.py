@@ -45,10 +45,10 @@ def start_server(host: str, port: int, title: str) -> Server:
     server.gui.configure_theme(
         show_logo=False,
         show_share_button=False,
-        control_layout="collapsible",
         control_width="large",
         brand_color=(0, 114, 178),
     )
+    server.gui.main_panel.dock_right()
     return server
 
 

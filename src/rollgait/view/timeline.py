@@ -22,6 +22,7 @@ class Timeline:
     def __init__(self, horizon: float, on_change: Callable[[], None]) -> None:
         self.horizon, self.time, self.speed, self.loop = horizon, 0.0, 1.0, True
         self._on_change = on_change
+        self._lock = threading.Lock()
         self._playing = threading.Event()
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="timeline", daemon=True)
@@ -34,17 +35,20 @@ class Timeline:
 
     def play(self) -> None:
         """Begins to move; from the start, if it stands at the end."""
-        if self.time >= self.horizon - 1e-9:
-            self.time = 0.0
-        self._playing.set()
+        with self._lock:
+            if self.time >= self.horizon - 1e-9:
+                self.time = 0.0
+            self._playing.set()
 
     def pause(self) -> None:
         """Stops moving."""
-        self._playing.clear()
+        with self._lock:
+            self._playing.clear()
 
     def go(self, time: float) -> None:
         """Goes to a time (s) within the horizon."""
-        self.time = min(max(time, 0.0), self.horizon)
+        with self._lock:
+            self.time = min(max(time, 0.0), self.horizon)
         self._on_change()
 
     def step(self, frames: int) -> None:
@@ -54,7 +58,8 @@ class Timeline:
 
     def restart(self, horizon: float) -> None:
         """Another motion: its time begins at 0."""
-        self.horizon, self.time = horizon, 0.0
+        with self._lock:
+            self.horizon, self.time = horizon, 0.0
         self._on_change()
 
     def close(self) -> None:
@@ -77,10 +82,12 @@ class Timeline:
                 last = now
 
     def _advance(self, seconds: float) -> None:
-        time = self.time + self.speed * seconds
-        if time >= self.horizon:
-            time = 0.0 if self.loop else self.horizon
-            if not self.loop:
-                self._playing.clear()
-        self.time = time
+        with self._lock:
+            if not self.playing:
+                return  # paused in between: its time stays
+            self.time += self.speed * seconds
+            if self.time >= self.horizon:
+                self.time = 0.0 if self.loop else self.horizon
+                if not self.loop:
+                    self._playing.clear()
         self._on_change()

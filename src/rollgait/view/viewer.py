@@ -52,9 +52,13 @@ class Viewer:
         self.timeline = Timeline(clip.horizon, self._follow)
         self.planning = Solving(self._progressed, self._planned)
         self.tracking = Solving(lambda _: None, self._tracked)
-        self._build_page()
-        self.show(clip, ghost)
-        aim(self.server, clip)
+        try:
+            self._build_page()
+            self.show(clip, ghost)
+            aim(self.server, clip)
+        except BaseException:
+            self.close()
+            raise
 
     # -- what is shown --
 

@@ -1,0 +1,84 @@
+"""Headless Chromium for the tests of pages. They are skipped where it, Playwright or viser is absent."""
+
+from __future__ import annotations
+
+import io
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+FLAGS = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+]
+SIZE = {"width": 1100, "height": 700}
+PANEL = 400
+"""Width of the page that the controls may cover, pixels."""
+PATIENCE = 60_000
+"""A software renderer on a busy machine is slow; ms."""
+
+pytest.importorskip("viser", reason="the extra 'view' is not installed")
+sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+needs_chromium = pytest.mark.skipif(
+    CHROMIUM is None, reason="chromium is not installed: apt-get install chromium"
+)
+
+
+@contextmanager
+def browser(profile: Path) -> Iterator[Any]:
+    """A browser with an empty profile."""
+    with sync_api.sync_playwright() as playwright:
+        context = playwright.chromium.launch_persistent_context(
+            str(profile), executable_path=CHROMIUM, args=FLAGS, headless=True, viewport=SIZE
+        )
+        context.set_default_timeout(PATIENCE)
+        try:
+            yield context
+        finally:
+            context.close()
+
+
+def picture(page: Any) -> NDArray[np.float64]:
+    """What is seen of the scene, (height, width, 3), 0 to 1, without the controls."""
+    image = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    return np.asarray(image, dtype=float)[:, :-PANEL] / 255.0
+
+
+def near(image: NDArray[np.float64], colour: str, tolerance: float = 0.17) -> NDArray[np.bool_]:
+    """Where the picture has about this colour."""
+    wanted = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
+    return np.asarray(np.abs(image - wanted).max(axis=-1) < tolerance)
+
+
+def centre(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Mean place of what is marked, (x, y), pixels."""
+    rows, columns = np.nonzero(mask)
+    assert rows.size, "nothing of this colour is seen"
+    return np.array([columns.mean(), rows.mean()])
+
+
+def settled(page: Any, tries: int = 40) -> NDArray[np.float64]:
+    """The picture once it no longer changes."""
+    before = picture(page)
+    for _ in range(tries):
+        page.wait_for_timeout(400)
+        now = picture(page)
+        if np.abs(now - before).max() < 0.02:
+            return now
+        before = now
+    raise AssertionError("the picture does not come to rest")

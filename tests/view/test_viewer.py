@@ -1,0 +1,176 @@
+"""The page, driven in a browser: open, play, scrub, drag the goal, plan, see the new path."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.view.browser import browser, centre, near, needs_chromium, settled
+
+from rollgait.errors import InputError  # isort: skip  # the line above skips where viser is absent
+from rollgait.plan.plan import Plan  # isort: skip
+from rollgait.scenario import find_scenario  # isort: skip
+from rollgait.view.clip import clip_of_plan  # isort: skip
+from rollgait.view.style import LEG_COLOURS  # isort: skip
+from rollgait.view.viewer import Viewer  # isort: skip
+from tests.view.builders import motion_plan  # isort: skip
+
+pytestmark = [pytest.mark.slow, needs_chromium]
+
+SCENARIO = find_scenario("wheeled").with_values(
+    {"goal": {"x": 0.6}, "horizon": 3.0, "interval": 0.25, "profile": "paper"}
+)
+FR = LEG_COLOURS[1]
+GIZMO_X = "#FF2060"
+"""The arrow of the handle on the ground that moves the goal along x."""
+TYRE = "#22252A"
+
+
+@pytest.fixture(scope="module")
+def viewer() -> Iterator[Viewer]:
+    shown = Viewer(clip_of_plan(motion_plan(SCENARIO), "by hand"), port=0)
+    yield shown
+    shown.close()
+
+
+@pytest.fixture(scope="module")
+def page(viewer: Viewer, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with browser(tmp_path_factory.mktemp("profile")) as context:
+        sheet = context.pages[0]
+        asked: list[str] = []
+        sheet.on("request", lambda request: asked.append(request.url))
+        sheet.goto(viewer.url)
+        sheet.get_by_text("by hand").wait_for()
+        settled(sheet)
+        yield sheet
+        assert all(url.startswith((viewer.url, "blob:", "data:")) for url in asked)
+
+
+def wait_until(true: Callable[[], bool], seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end, "it does not happen"
+        time.sleep(0.1)
+
+
+def scrub(page: Any, viewer: Viewer, to: float) -> NDArray[np.float64]:
+    """Writes a time into the box of the slider; the picture then."""
+    box = page.locator("input[inputmode=decimal]").first
+    box.fill(f"{to:g}")
+    box.press("Enter")
+    wait_until(lambda: abs(viewer.timeline.time - to) < 2e-3)
+    return settled(page)
+
+
+def test_scrubbing_moves_the_robot_along_its_path(page: Any, viewer: Viewer) -> None:
+    start = scrub(page, viewer, 0.0)
+    end = scrub(page, viewer, 3.0)
+    again = scrub(page, viewer, 0.0)
+    assert np.abs(again - start).mean() < 0.3 * np.abs(end - start).mean()  # the same time looks the same
+    moved = centre(near(end, FR)) - centre(near(start, FR))
+    assert moved[0] > 40.0  # pixels, to the right: forward
+
+
+def test_play_moves_it_and_pause_stops_it(page: Any, viewer: Viewer) -> None:
+    still = scrub(page, viewer, 0.0)
+    page.get_by_role("button", name="Play", exact=True).click()
+    wait_until(lambda: viewer.timeline.time > 1.0)
+    page.get_by_role("button", name="Pause", exact=True).click()
+    wait_until(lambda: not viewer.timeline.playing)
+    now = settled(page)
+    assert centre(near(now, FR))[0] > centre(near(still, FR))[0] + 10.0
+    time_then = viewer.timeline.time
+    page.wait_for_timeout(300)
+    assert viewer.timeline.time == time_then
+
+
+def test_a_mark_goes_to_its_moment(page: Any, viewer: Viewer) -> None:
+    page.get_by_role("tab", name="Judgement").click()
+    mark = viewer.clip.marks[0]
+    page.get_by_role("button", name=mark.label).click()
+    wait_until(lambda: abs(viewer.timeline.time - min(mark.time, viewer.clip.horizon)) < 1e-3)
+
+
+def test_a_layer_can_be_switched_off(page: Any, viewer: Viewer) -> None:
+    scrub(page, viewer, 1.5)
+    page.get_by_role("tab", name="Layers").click()
+    full = settled(page)
+    assert viewer.scene is not None
+    root = viewer.scene.layers["robot"].root
+    switch = page.get_by_label("robot", exact=True)
+    switch.click()
+    wait_until(lambda: not root.visible)
+    assert near(settled(page), TYRE).sum() < 0.3 * near(full, TYRE).sum()
+    switch.click()
+    wait_until(lambda: root.visible)
+
+
+def test_drag_the_goal_plan_and_see_the_new_path(page: Any, viewer: Viewer, tmp_path: Path) -> None:
+    scrub(page, viewer, 0.0)
+    page.get_by_role("tab", name="Plan").click()
+    before = settled(page)
+    x, y = centre(near(before, GIZMO_X, 0.25))
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 30, y + 8, steps=6)
+    page.mouse.move(x + 60, y + 16, steps=6)
+    page.mouse.up()
+    wait_until(lambda: viewer.panel.goal.value[0] > 0.65)
+    wanted = viewer.panel.goal.value[0]
+    assert viewer.panel.goal.value[1] == pytest.approx(0.0, abs=0.02)  # the arrow moves along x only
+    page.get_by_role("button", name="Plan", exact=True).click()
+    wait_until(lambda: viewer.clip.name == "planned here", 180.0)
+    page.get_by_text("solved in").wait_for()
+    assert viewer.clip.plan is not None
+    assert viewer.clip.plan.scenario.goal.x == pytest.approx(wanted)
+    assert viewer.clip.samples.com_position[-1, 0] == pytest.approx(wanted, abs=0.05)
+    viewer.timeline.pause()
+    end = scrub(page, viewer, 3.0)
+    assert np.abs(end - before).mean() > 0.005
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save plan").click()
+    saved = tmp_path / "saved.npz"
+    download.value.save_as(saved)
+    assert Plan.load(saved).scenario == viewer.clip.plan.scenario
+
+
+def test_what_cannot_be_planned_is_said(page: Any, viewer: Viewer) -> None:
+    page.get_by_role("tab", name="Plan").click()
+    viewer.panel.horizon.value = 0.6
+    viewer.panel.gait.value = "crawl"
+    shown = viewer.clip
+    page.get_by_role("button", name="Plan", exact=True).click()
+    page.get_by_text("needs a horizon longer").wait_for()
+    assert viewer.clip is shown
+
+
+def test_a_second_browser_sees_the_same_and_may_leave_during_a_solve(page: Any, viewer: Viewer) -> None:
+    viewer.panel.pick(viewer.panel.picker.options[0])
+    shown = viewer.clip
+    second = page.context.new_page()
+    try:
+        second.goto(viewer.url)
+        second.get_by_text(shown.name).first.wait_for()
+        scrub(page, viewer, 0.75)
+        box = second.locator("input[inputmode=decimal]").first
+        wait_until(lambda: abs(float(box.input_value()) - 0.75) < 0.01)
+        second.get_by_role("tab", name="Plan").click()
+        second.get_by_role("button", name="Plan", exact=True).click()
+        wait_until(lambda: viewer.planning.busy or viewer.clip is not shown)
+    finally:
+        second.close()
+    wait_until(lambda: viewer.clip is not shown, 180.0)
+    page.get_by_text("solved in").wait_for()
+    page.get_by_role("button", name="Pause", exact=True).click()
+    scrub(page, viewer, 0.5)
+
+
+def test_a_port_in_use_is_refused(viewer: Viewer) -> None:
+    with pytest.raises(InputError, match="in use"):
+        Viewer(viewer.clip, port=viewer.server.get_port())
