@@ -7,25 +7,41 @@ from typing import Annotated
 
 import typer
 
-from rollgait.cli.arguments import PlanFile, rate_from
+from rollgait.cli.arguments import rate_from
+from rollgait.errors import FileError
 from rollgait.plan.plan import Plan
+from rollgait.tracking.joints import JointTrajectory
 
 
 def export(
-    plan_file: PlanFile,
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="A plan or a joint trajectory (.npz), as written here.")
+    ],
     file_format: Annotated[
-        str, typer.Option("--format", metavar="FORMAT", help="Format of the file.")
+        str, typer.Option("--format", metavar="FORMAT", help="csv, json, mcap, rosbag2 or mujoco.")
     ] = "csv",
     rate: Annotated[str, typer.Option(metavar="HZ", help="Samples per second.")] = "100",
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Where to write. Default: <plan>.<format>.")
+        Path | None, typer.Option(metavar="FILE", help="Where to write. Default: <file>.<suffix>.")
     ] = None,
 ) -> None:
-    """Write a plan, sampled at a fixed rate, in a format that others read."""
+    """Write a plan or joints, sampled at a fixed rate, in a format that others read."""
     per_second = rate_from(rate)
-    plan = Plan.load(plan_file)
-    target = out or Path(f"{plan_file.stem}.{file_format}")
-    from rollgait.export import write
+    motion = _load(file)
+    from rollgait.export import FORMATS, write
 
-    write(plan, target, file_format, per_second)
+    suffix = FORMATS.get(file_format, file_format)
+    target = out or Path(f"{file.name.removesuffix('.npz')}{f'.{suffix}' if suffix else '.bag'}")
+    write(motion, target, file_format, per_second)
     print(target)
+
+
+def _load(file: Path) -> Plan | JointTrajectory:
+    """The plan or the joints in a file. Raises `FileError`."""
+    try:
+        return Plan.load(file)
+    except FileError as no_plan:
+        try:
+            return JointTrajectory.load(file)
+        except FileError:
+            raise no_plan from None

@@ -1,0 +1,85 @@
+"""Joints as keyframes of MuJoCo: an XML file to be included in a model of the robot with a free base.
+
+One `key` per sample with `time`, `qpos` and `qvel`. The order is that of MuJoCo's own reading of the URDF:
+the free joint, then the joints from the root outwards, depth first.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from rollgait.errors import InputError
+from rollgait.export.motion import Motion, sampled
+from rollgait.files import replacing
+from rollgait.plan.plan import Plan
+from rollgait.plan.samples import Array
+from rollgait.robot.urdf_files import Urdf, read_urdf
+from rollgait.robot.whole_body import find_whole_body
+from rollgait.tracking.joints import JointTrajectory
+
+
+def write_mujoco(motion: Motion, path: Path, rate: float) -> Path:
+    """Writes joints, sampled at `rate` (Hz), as keyframes; returns the path.
+
+    Raises:
+        InputError: the motion is a plan, which has no joints.
+    """
+    if isinstance(motion, Plan):
+        raise InputError("format", "mujoco", "needs joints: track the plan first, then export its joints")
+    s = sampled(motion, rate)
+    order = [s.joint_names.index(name) for name in depth_first(_urdf(motion)) if name in s.joint_names]
+    x, y, z, w = s.base_quaternion.T
+    qpos = np.column_stack([s.base_position, w, x, y, z, s.joint_position[:, order]])
+    base_velocity = _base_velocity(motion, s.time)
+    qvel = np.column_stack([base_velocity, s.joint_velocity[:, order]])
+    root = ET.Element("mujocoinclude")
+    frames = ET.SubElement(root, "keyframe")
+    for k, time in enumerate(s.time):
+        ET.SubElement(
+            frames,
+            "key",
+            name=f"t{k:05d}",
+            time=f"{time:.9g}",
+            qpos=_numbers(qpos[k]),
+            qvel=_numbers(qvel[k]),
+        )
+    ET.indent(root)
+    with replacing(path) as temporary:
+        ET.ElementTree(root).write(temporary, encoding="utf-8", xml_declaration=True)
+    return path
+
+
+def depth_first(urdf: Urdf) -> list[str]:
+    """Names of the moving joints of a URDF from its root outwards, each followed by what hangs on it."""
+    below: dict[str, list[tuple[str, str]]] = {}
+    for joint in urdf.joints.values():
+        below.setdefault(joint.parent, []).append((joint.name, joint.child))
+    children = {joint.child for joint in urdf.joints.values()}
+    names: list[str] = []
+    waiting = [("", next(link for link in urdf.links if link not in children))]
+    while waiting:
+        name, link = waiting.pop()
+        if name and urdf.joints[name].kind != "fixed":
+            names.append(name)
+        waiting += reversed(below.get(link, []))
+    return names
+
+
+def _urdf(joints: JointTrajectory) -> Urdf:
+    return read_urdf(find_whole_body(joints.robot).urdf)
+
+
+def _base_velocity(joints: JointTrajectory, times: Array) -> Array:
+    """Linear velocity in world axes and angular velocity in base axes, as MuJoCo has them, (n, 6)."""
+    index = np.searchsorted(joints.time, times)
+    turn = Rotation.from_quat(joints.base_quaternion[index])
+    linear = turn.apply(joints.base_velocity[index, :3])
+    return np.column_stack([linear, joints.base_velocity[index, 3:]])
+
+
+def _numbers(values: Array) -> str:
+    return " ".join(f"{value:.9g}" for value in values)

@@ -1,0 +1,179 @@
+"""Exports are read back by readers that share no code with their writers, and say what the motion says."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import xml.etree.ElementTree as ET
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rollgait.cli.app import run
+from rollgait.errors import FileError, InputError
+from rollgait.export import FORMATS, write
+from rollgait.plan.plan import Plan
+from rollgait.robot.robot import LEG_NAMES
+from rollgait.scenario import find_scenario
+from tests.view.builders import motion_plan
+
+RATE = 20.0
+PLAN = motion_plan(find_scenario("hybrid-forward"))
+START = 1.0
+"""Stamp of the first message, s."""
+
+
+def read_mcap(path: Path) -> dict[str, list[Any]]:
+    """All messages by topic, read by a reader of its own."""
+    reader = pytest.importorskip("mcap_ros2.reader", reason="mcap-ros2-support is not installed")
+    result: dict[str, list[Any]] = defaultdict(list)
+    for message in reader.read_ros2_messages(str(path)):
+        result[message.channel.topic].append(message.ros_msg)
+    return result
+
+
+@pytest.fixture(scope="module")
+def topics(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
+    pytest.importorskip("rosbags", reason="the extra 'mcap' is not installed")
+    return read_mcap(write(PLAN, tmp_path_factory.mktemp("mcap") / "plan.mcap", "mcap", RATE))
+
+
+def stamp(message: Any) -> float:
+    return float(message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec)
+
+
+def xyz(vector: Any) -> list[float]:
+    return [vector.x, vector.y, vector.z]
+
+
+def test_mcap_holds_the_contact_forces(topics: dict[str, list[Any]]) -> None:
+    s = PLAN.sample_every(RATE)
+    for leg, name in enumerate(LEG_NAMES):
+        wrenches = topics[f"/contact/{name.lower()}"]
+        np.testing.assert_allclose([stamp(w) for w in wrenches], START + s.time, atol=1e-9)
+        np.testing.assert_allclose([xyz(w.wrench.force) for w in wrenches], s.force[:, leg])
+        assert {w.header.frame_id for w in wrenches} == {f"{name.lower()}_contact"}
+
+
+def test_mcap_holds_a_tree_of_frames(topics: dict[str, list[Any]]) -> None:
+    s = PLAN.sample_every(RATE)
+    frames: dict[str, list[Any]] = defaultdict(list)
+    parents = {}
+    for message in topics["/tf"]:
+        for transform in message.transforms:
+            frames[transform.child_frame_id].append(transform.transform)
+            parents[transform.child_frame_id] = transform.header.frame_id
+    assert parents["base_link"] == "odom"
+    assert parents["fl_wheel"] == "base_link"
+    np.testing.assert_allclose([xyz(t.translation) for t in frames["base_link"]], s.com_position)
+    for leg, name in enumerate(LEG_NAMES):
+        places = [xyz(t.translation) for t in frames[f"{name.lower()}_contact"]]
+        np.testing.assert_allclose(places, s.foot_position[:, leg])
+        radius = PLAN.robot.leg_list[leg].wheel_radius
+        wheels = frames[f"{name.lower()}_wheel"]
+        for k, (wheel, base) in enumerate(zip(wheels, frames["base_link"], strict=True)):
+            centre = rotated(base.rotation, xyz(wheel.translation)) + xyz(base.translation)
+            np.testing.assert_allclose(centre, s.foot_position[k, leg] + [0.0, 0.0, radius], atol=1e-9)
+
+
+def rotated(q: Any, v: list[float]) -> np.ndarray:
+    """v turned by a quaternion, by its definition."""
+    axis, way = np.array([q.x, q.y, q.z]), np.array(v)
+    return way + 2.0 * np.cross(axis, np.cross(axis, way) + q.w * way)
+
+
+def test_mcap_holds_paths_joints_and_markers(topics: dict[str, list[Any]]) -> None:
+    s = PLAN.sample_every(RATE)
+    (path,) = topics["/plan/com"]
+    np.testing.assert_allclose([xyz(pose.pose.position) for pose in path.poses], s.com_position)
+    states = topics["/joint_states"]
+    names = states[0].name
+    angle = np.array([state.position for state in states])
+    rate = np.array([state.velocity for state in states])
+    wheel, steering = names.index("fr_wheel_joint"), names.index("fr_steering_joint")
+    np.testing.assert_allclose(angle[:, steering], s.heading[:, 1] - s.euler[:, 0])
+    np.testing.assert_allclose(rate[:, wheel], s.speed[:, 1] / (PLAN.robot.leg_list[1].wheel_radius or 1.0))
+    (trajectory,) = topics["/joint_trajectory"]
+    assert list(trajectory.joint_names) == list(names)
+    np.testing.assert_allclose([point.positions for point in trajectory.points], angle)
+    markers = topics["/markers"]
+    assert len(markers) == len(s.time)
+    kinds = {(marker.ns, marker.id) for marker in markers[0].markers}
+    assert {("body", 0), ("feet", 3), ("forces", 0)} <= kinds
+
+
+def test_rosbag2_holds_the_same_messages(tmp_path: Path, topics: dict[str, list[Any]]) -> None:
+    decoder = pytest.importorskip("mcap_ros2._dynamic", reason="mcap-ros2-support is not installed")
+    from rollgait.export.ros2 import WRENCHES, definition
+
+    bag = write(PLAN, tmp_path / "bag", "rosbag2", RATE)
+    assert "storage_identifier: sqlite3" in (bag / "metadata.yaml").read_text()
+    with sqlite3.connect(bag / "bag.db3") as database:
+        rows = database.execute(
+            "SELECT messages.data FROM messages JOIN topics ON messages.topic_id = topics.id "
+            "WHERE topics.name = '/contact/fl' ORDER BY messages.timestamp"
+        ).fetchall()
+    database.close()
+    types = decoder.generate_dynamic(WRENCHES[0].type, definition(WRENCHES[0]))
+    read = [types[WRENCHES[0].type](data) for (data,) in rows]
+    assert [xyz(w.wrench.force) for w in read] == [xyz(w.wrench.force) for w in topics["/contact/fl"]]
+    with pytest.raises(FileError, match="new folder"):
+        write(PLAN, bag, "rosbag2", RATE)
+
+
+def test_json_holds_the_columns_and_the_scenario(tmp_path: Path) -> None:
+    document = json.loads(write(PLAN, tmp_path / "plan.json", "json", RATE).read_text())
+    s = PLAN.sample_every(RATE)
+    assert document["samples"]["com_x"] == s.com_position[:, 0].tolist()
+    assert document["samples"]["HR_fz"] == s.force[:, 3, 2].tolist()
+    assert document["scenario"]["goal"]["x"] == PLAN.scenario.goal.x
+    assert document["certificate"]["passed"] == PLAN.certificate().passed
+
+
+def test_mujoco_reads_every_joint_by_its_name(tmp_path: Path) -> None:
+    mujoco = pytest.importorskip("mujoco", reason="the extra 'whole-body' is not installed")
+    pytest.importorskip("pinocchio", reason="the extra 'whole-body' is not installed")
+    from rollgait.robot.whole_body import find_whole_body
+    from rollgait.simulation.world import build_world
+    from rollgait.tracking import track
+
+    scenario = find_scenario("wheeled").with_values({"horizon": 1.0, "goal": {"x": 0.1}})
+    joints = track(motion_plan(scenario), 20.0, force=True)
+    file = write(joints, tmp_path / "keys.xml", "mujoco", 20.0)
+    model = build_world(find_whole_body(joints.robot), joints.joint_names).model
+    keys = ET.parse(file).getroot().findall("keyframe/key")
+    assert len(keys) == len(joints.time)
+    for index, key in enumerate(keys):
+        qpos, qvel = (np.array(key.get(name, "").split(), dtype=float) for name in ("qpos", "qvel"))
+        assert float(key.get("time", "")) == pytest.approx(joints.time[index])
+        assert (len(qpos), len(qvel)) == (model.nq, model.nv)
+        np.testing.assert_allclose(qpos[:3], joints.base_position[index], rtol=1e-7)
+        for column, name in enumerate(joints.joint_names):
+            number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
+            place, rate = model.jnt_qposadr[number], model.jnt_dofadr[number]
+            assert qpos[place] == pytest.approx(joints.joint_position[index, column], abs=1e-7)
+            assert qvel[rate] == pytest.approx(joints.joint_velocity[index, column], abs=1e-7)
+
+
+def test_plans_have_no_keyframes_and_joints_no_columns(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="track the plan"):
+        write(PLAN, tmp_path / "a.xml", "mujoco")
+    with pytest.raises(InputError, match="plans only"):
+        write(object(), tmp_path / "a.csv", "csv")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", sorted(set(FORMATS) - {"mujoco"}))
+def test_the_command_writes_every_format(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("rosbags", reason="the extra 'mcap' is not installed")
+    plan = PLAN.save(tmp_path / "plan.npz")
+    target = tmp_path / f"out.{name}"
+    assert run(["export", str(plan), "--format", name, "--rate", "5", "--out", str(target)]) == 0
+    assert target.exists()
+    assert capsys.readouterr().out.strip() == str(target)
+    assert isinstance(Plan.load(plan), Plan)
