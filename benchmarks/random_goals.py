@@ -2,8 +2,9 @@
 
     python benchmarks/random_goals.py [--count 200] [--seed 0] [--workers 2] [--quick]
 
-Half of the goals are driven to, half with steps, each within |x| ≤ 1.5 m, |y| ≤ 0.8 m, |yaw| ≤ 90°. Prints Markdown:
-how many were solved and certified, from which start, and everything that failed with its reason.
+Half of the goals are driven to, half with steps, each within |x| ≤ 1.5 m, |y| ≤ 0.8 m, |yaw| ≤ 90°. Prints
+Markdown and keeps it in docs/benchmarks.md: how many were solved and certified, from which start, and
+everything that failed with its reason.
 """
 
 from __future__ import annotations
@@ -16,13 +17,13 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from multiprocessing import get_context
 
 import numpy as np
-from reporting import load, machine, table
 
 import rollgait as rg
+from reporting import keep, load, machine, table
 
 SCENARIOS = ("wheeled", "hybrid-forward")
 """One half of the goals each."""
@@ -57,7 +58,7 @@ class Outcome:
     starts: int = 0
     iterations: int = 0
     solve_time: float = 0.0
-    time: float = field(default=0.0)
+    time: float = 0.0
 
     @property
     def certified(self) -> bool:
@@ -109,23 +110,24 @@ def outcomes(asked: list[Case], workers: int) -> list[Outcome]:
     return [found[number] for number in sorted(found)]
 
 
-def report(results: list[Outcome]) -> None:
-    """Prints the tables."""
-    rows = []
+def report(results: list[Outcome]) -> str:
+    """The tables."""
+    parts, rows = [], []
     for name in (*SCENARIOS, "all"):
         mine = [r for r in results if name in (r.case.scenario, "all")]
         certified = sum(r.certified for r in mine)
         share = f"{100.0 * certified / len(mine):.1f} %" if mine else ""
         rows.append((name, len(mine), sum(r.solved for r in mine), certified, share))
-    print(table(("scenario", "goals", "solved", "certified", ""), rows) + "\n")
+    parts.append(table(("scenario", "goals", "solved", "certified", ""), rows))
     starts = Counter(r.start for r in results if r.solved)
-    print(table(("start that won", "plans"), starts.most_common()) + "\n")
+    parts.append(table(("start that won", "plans"), starts.most_common()))
     solved = [r for r in results if r.solved]
     if solved:
-        print(table(("percentile", *PERCENTILES), _percentiles(solved)) + "\n")
+        parts.append(table(("percentile", *PERCENTILES), _percentiles(solved)))
     failed = [r for r in results if not r.certified]
     if failed:
-        print(table(("not certified", "x, m", "y, m", "yaw, deg", "reason"), _reasons(failed)) + "\n")
+        parts.append(table(("not certified", "x, m", "y, m", "yaw, deg", "reason"), _reasons(failed)))
+    return "\n\n".join(parts)
 
 
 def _percentiles(solved: list[Outcome]) -> Iterator[tuple[str, ...]]:
@@ -153,10 +155,15 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="two goals in one process, to see that it works")
     options = parser.parse_args()
     count, workers = (2, 1) if options.quick else (options.count, options.workers)
-    print(
-        f"### {count} random goals, seed {options.seed}, {workers} processes\n\n{machine()}; load {load()}\n"
+    before = load()
+    results = outcomes(list(cases(count, options.seed)), workers)
+    text = (
+        f"## Random goals\n\n{machine()}; load {before} before, {load()} after.\n"
+        f"{count} goals, seed {options.seed}, {workers} processes at once.\n\n{report(results)}"
     )
-    report(outcomes(list(cases(count, options.seed)), workers))
+    print(text)
+    if not options.quick:
+        keep("random_goals", text)
 
 
 if __name__ == "__main__":
