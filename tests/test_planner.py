@@ -298,3 +298,10 @@ def test_what_cannot_be_is_said_without_trying(planned: Planned) -> None:
         rg.NotSolvedError, match=r"no solution exists: height_at_end contradicts .* by 4\.31 m"
     ):
         planned(asked(), terms=[_Float()])
+
+
+def test_fixed_wheels_drive_straight_ahead() -> None:
+    """Their sideways places at the end are not theirs to choose: rows for them would be redundant."""
+    robot = rg.find_robot("centauro-2020").with_feet("fixed")
+    plan = rg.plan(rg.Scenario(robot=robot, goal={"x": 0.3}, horizon=2.0, gait="drive"))
+    assert plan.certificate().passed

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from rollgait.ocp.instant import Foot, Instant
-from rollgait.ocp.term import END, INPUT, Constraint, Data, FootConstraint, Mask, Place
+from rollgait.ocp.term import END, INPUT, Constraint, Data, FootConstraint, Limits, Mask, Place
 
 if TYPE_CHECKING:
     from rollgait.ocp.problem import Problem
@@ -60,20 +60,34 @@ class LevelAtEnd(Constraint):
 class StanceAtEnd(FootConstraint):
     """Rzᵀ (p_i − r)(T) = p̄_i in x and y, for every foot that can get there.
 
-    A point foot that never swings cannot move: a row for it would only be redundant or contradict the goal.
+    A foot that never swings cannot choose its place: a point foot stays where it is, a fixed wheel goes only
+    along its heading. Further rows for them would only be redundant or contradict the goal.
     """
 
     name = "stance_at_end"
     places = END
-    lower = upper = 0.0
     unit = "m"
 
     def applies(self, problem: Problem, leg: int) -> bool:
-        moves = not problem.schedule.contact[leg].all()
-        return moves or problem.robot.leg_list[leg].foot != "point"
+        return self._swings(problem, leg) or problem.robot.leg_list[leg].foot != "point"
+
+    def limits(self, problem: Problem, leg: int) -> Limits:
+        goes_sideways = self._swings(problem, leg) or problem.robot.leg_list[leg].foot == "steerable"
+        slack = np.array([[0.0], [0.0 if goes_sideways else np.inf]])
+        return -slack, slack
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
-        return foot.p_body[:2] - x.body.stance[:2, foot.index]
+        offset = foot.p_body[:2] - x.body.stance[:2, foot.index]
+        if foot.kind != "fixed":
+            return offset
+        along, across = ca.cos(foot.steering), ca.sin(foot.steering)
+        return ca.vertcat(
+            along * offset[0] + across * offset[1],
+            along * offset[1] - across * offset[0],
+        )
+
+    def _swings(self, problem: Problem, leg: int) -> bool:
+        return not problem.schedule.contact[leg].all()
 
 
 class HeightAtEnd(Constraint):
