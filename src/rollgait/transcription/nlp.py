@@ -136,6 +136,23 @@ class _BoundSources:
             yield block, row, stage, slope
 
 
+@dataclass(frozen=True)
+class _Patterns:
+    """Sparsities of the whole problem.
+
+    Attributes:
+        jacobian: of the constraints.
+        jacobian_source: which nonzero of the stages' Jacobians, one after the other, each of its nonzeros is.
+        hessian: of the Lagrangian, upper triangle.
+        hessian_sum: adds the nonzeros of the stages' Hessians into its nonzeros.
+    """
+
+    jacobian: ca.Sparsity
+    jacobian_source: Index
+    hessian: ca.Sparsity
+    hessian_sum: ca.DM
+
+
 class Nlp:
     """The whole problem, ready for a solver.
 
@@ -155,7 +172,6 @@ class Nlp:
         self.total = total
         self._presolve(initial)
         self._number_rows()
-        self._make_patterns()
 
     # -- presolve ----------------------------------------------------------------------------------------
 
@@ -166,15 +182,16 @@ class Nlp:
         self._kept = [block.stage.holds & _limits_something(block.stage) for block in self.blocks]
         self.contradictions: list[tuple[RowOrigin, float]] = []
         self._bound_sources = _BoundSources.none(self.total)
+        # of what is linear, these slopes are the same everywhere; of the rest nothing is read
+        slopes = [_mapped(b.function.jacobian, b, np.zeros(b.variables.shape)) for b in self.blocks]
+        parts = list(zip(self.blocks, self._kept, slopes, strict=True))
         while True:
             self._split(low, high)
-            taken = [
-                self._take_bounds(b, keep, low, high) for b, keep in zip(self.blocks, self._kept, strict=True)
-            ]
+            taken = [self._take_bounds(*part, low, high) for part in parts]
             if not any(taken):
                 break
-        for block, keep in zip(self.blocks, self._kept, strict=True):
-            self._drop_empty(block, keep)
+        for part in parts:
+            self._drop_empty(*part)
 
     def _split(self, low: Array, high: Array) -> None:
         """Tells free variables from fixed ones."""
@@ -192,9 +209,11 @@ class Nlp:
         self._position[-1] = self.size + fixed_index.size
         self._fixed_values = np.concatenate([self.constants[fixed_index], [0.0]])
 
-    def _take_bounds(self, block: Block, keep: NDArray[np.bool_], low: Array, high: Array) -> bool:
+    def _take_bounds(
+        self, block: Block, keep: NDArray[np.bool_], slopes: Array, low: Array, high: Array
+    ) -> bool:
         """Turns rows with one free variable, if linear in it, into bounds; whether there were any."""
-        f, free_entry = block.function, self._free_entries(block)
+        f, free_entry = block.function, self._free_entries(block, slopes)
         entries, bent = np.zeros(keep.shape, dtype=int), np.zeros(keep.shape, dtype=bool)
         np.add.at(entries, f.jacobian_rows, free_entry)
         np.logical_or.at(bent, f.jacobian_rows, free_entry & ~f.linear[:, None])
@@ -202,7 +221,7 @@ class Nlp:
         if not single.any():
             return False
         local = self._local(block, np.zeros(self.size))
-        slopes, values = _mapped(f.jacobian, block, local), _mapped(f.value, block, local, output=1)
+        values = _mapped(f.value, block, local, output=1)
         nonzero, stage = np.nonzero(free_entry & single[f.jacobian_rows])
         row = f.jacobian_rows[nonzero]
         variable = block.variables[f.jacobian_cols[nonzero], stage]
@@ -221,18 +240,17 @@ class Nlp:
             self.contradictions.append((origin, float(crossing)))
         return True
 
-    def _free_entries(self, block: Block) -> NDArray[np.bool_]:
+    def _free_entries(self, block: Block, slopes: Array) -> NDArray[np.bool_]:
         """Which entries of the rows' Jacobian are of a free variable and not always zero, (nnz, count)."""
         f = block.function
         is_free = self._position[block.variables] < self.size
-        slopes = _mapped(f.jacobian, block, self._local(block, np.zeros(self.size)))
         return np.asarray(is_free[f.jacobian_cols] & ((slopes != 0.0) | ~f.linear[:, None]))
 
-    def _drop_empty(self, block: Block, keep: NDArray[np.bool_]) -> None:
+    def _drop_empty(self, block: Block, keep: NDArray[np.bool_], slopes: Array) -> None:
         """Rows in which no variable is free are dropped, after a look whether they are satisfied."""
         f = block.function
         has_free = np.zeros(keep.shape, dtype=bool)
-        np.logical_or.at(has_free, f.jacobian_rows, self._free_entries(block))
+        np.logical_or.at(has_free, f.jacobian_rows, self._free_entries(block, slopes))
         empty = keep & ~has_free
         if not empty.any():
             return
@@ -291,7 +309,18 @@ class Nlp:
         is_free = self._position[block.variables[column]] < self.size
         return np.asarray(is_free & (column >= 0)[:, None])
 
-    def _make_patterns(self) -> None:
+    @property
+    def jacobian_sparsity(self) -> ca.Sparsity:
+        """Where the Jacobian of the constraints is not zero."""
+        return self._patterns.jacobian
+
+    @property
+    def hessian_sparsity(self) -> ca.Sparsity:
+        """Where the upper triangle of the Hessian of the Lagrangian is not zero."""
+        return self._patterns.hessian
+
+    @cached_property
+    def _patterns(self) -> _Patterns:
         """Where the nonzeros of the stage derivatives go in the whole Jacobian and Hessian."""
         j_rows, j_cols, j_source = [], [], []
         h_rows, h_cols, h_source = [], [], []
@@ -313,12 +342,13 @@ class Nlp:
             h_cols.append(np.maximum(rows, cols)[used])
             h_source.append(source[used])
             h_begin += rows.size
-        self.jacobian_sparsity, self._jacobian_source = _assemble_unique(
+        jacobian, source = _assemble_unique(
             self.rows, self.size, np.concatenate(j_rows), np.concatenate(j_cols), np.concatenate(j_source)
         )
-        self.hessian_sparsity, self._hessian_sum = _assemble_sum(
+        hessian, total = _assemble_sum(
             self.size, np.concatenate(h_rows), np.concatenate(h_cols), np.concatenate(h_source), h_begin
         )
+        return _Patterns(jacobian, source, hessian, total)
 
     @cached_property
     def origins(self) -> list[RowOrigin]:
@@ -403,8 +433,8 @@ class Nlp:
             second, _ = function.hessian.map(count)(y, parameters, ca.repmat(lam_f, 1, count), lam)
             hessian.append(ca.vec(second))
         g = ca.vertcat(*g_parts)
-        jac_g = ca.MX(self.jacobian_sparsity, ca.vertcat(*jacobian)[_indices(self._jacobian_source)])
-        hess = ca.MX(self.hessian_sparsity, ca.mtimes(self._hessian_sum, ca.vertcat(*hessian)))
+        jac_g = ca.MX(self.jacobian_sparsity, ca.vertcat(*jacobian)[_indices(self._patterns.jacobian_source)])
+        hess = ca.MX(self.hessian_sparsity, ca.mtimes(self._patterns.hessian_sum, ca.vertcat(*hessian)))
         return {
             "nlp": ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"]),
             "nlp_f": ca.Function("nlp_f", [x, p], [f], ["x", "p"], ["f"]),
