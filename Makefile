@@ -8,7 +8,7 @@ DEMO := hybrid-forward
 WORKERS ?= 2
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint docs bench clean
+.PHONY: help demo test lint docs bench gallery clean
 
 help: ## Say what there is.
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 16
@@ -43,6 +43,9 @@ docs: $(READY) ## Write the tables in docs/ anew from the code.
 
 bench: $(READY) ## Run the benchmarks.
 	@for file in benchmarks/*.py; do echo "$$file"; $(BIN)/python $$file || exit 1; done
+
+gallery: $(READY) ## Build docs/gallery: pictures, recordings and numbers of the four motions.
+	@$(BIN)/python tools/gallery.py
 
 clean: ## Remove all that make has made.
 	rm -rf $(VENV) out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis src/*.egg-info

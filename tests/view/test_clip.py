@@ -1,0 +1,157 @@
+"""What the viewer makes of files: clips, marks, margins, plots, places of links; and what it refuses."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rollgait.cli.app import run
+from rollgait.errors import FileError
+from rollgait.robot.urdf_files import read_urdf
+from rollgait.scenario import find_scenario
+from rollgait.view.clip import clip_of_plan, frame_times, open_clip
+from rollgait.view.kinematics import link_poses
+from rollgait.view.margins import friction_use, support_margin
+from rollgait.view.marks import MOST
+from rollgait.view.meshes import simplified
+from rollgait.view.plots import cursor, draw, plots_of
+from rollgait.view.shapes import ball, cylinder, prism, rim, tyre
+from tests.view.builders import motion_plan
+
+PLAN = motion_plan(find_scenario("hybrid-forward"))
+CLIP = clip_of_plan(PLAN, "hybrid-forward")
+URDF = Path(__file__).parents[1] / "fixtures" / "roller.urdf"
+
+
+def test_a_clip_is_the_plan_at_its_frames() -> None:
+    assert CLIP.time[0] == 0.0
+    assert CLIP.time[-1] == PLAN.horizon
+    for time in (0.0, 3.3, PLAN.horizon):
+        index = CLIP.frame(time)
+        np.testing.assert_allclose(
+            CLIP.samples.com_position[index], PLAN.sample(CLIP.time[index]).com_position
+        )
+        assert abs(CLIP.time[index] - time) <= 0.51 * CLIP.time[1]
+    np.testing.assert_allclose(np.diff(frame_times(3.21)), frame_times(3.21)[1])
+
+
+def test_a_wheel_turns_by_the_way_it_rolls() -> None:
+    straight = clip_of_plan(motion_plan(find_scenario("wheeled").with_values({"goal": {"x": 1.0}})), "")
+    s, radius = straight.samples, straight.robot.leg_list[0].wheel_radius or 0.0
+    way = np.diff(s.foot_position[:, 0, :2], axis=0)
+    rolled = np.linalg.norm(way, axis=1).sum()
+    assert abs(straight.wheel_angle[-1, 0]) * radius == pytest.approx(rolled, rel=0.02)
+
+
+def test_marks_are_the_worst_rows_of_the_certificate() -> None:
+    rows = {row.name: row for row in PLAN.certificate().rows}
+    assert 0 < len(CLIP.marks) <= MOST
+    for mark in CLIP.marks:
+        assert mark.time == rows[mark.title].time
+        assert mark.failed == (rows[mark.title].verdict == "fail")
+    failed = [mark.failed for mark in CLIP.marks]
+    assert failed == sorted(failed, reverse=True)
+
+
+def test_margins_by_their_definitions() -> None:
+    use, margin = friction_use(CLIP), support_margin(CLIP)
+    s = CLIP.samples
+    assert np.isnan(use[~s.contact]).all()
+    moved = clip_of_plan(PLAN, "")
+    np.testing.assert_allclose(use, friction_use(moved))
+    stance = s.foot_position[0, :, :2]
+    side = stance[[0, 2], 1].min() - s.com_position[0, 1]  # the left edge runs along x at first
+    assert margin[0] <= side + 1e-9
+    assert margin[0] > 0.0
+
+
+def test_plots_say_the_values_at_the_cursor() -> None:
+    plots = plots_of(CLIP)
+    assert [plot.title for plot in plots][:2] == ["normal force (N)", "wheel speed (m/s)"]
+    index = CLIP.frame(4.0)
+    html = cursor(plots[0], CLIP, index)
+    for leg in range(4):
+        assert f">{CLIP.samples.force[index, leg, 2]:z.0f}<" in html.replace("−", "-")
+    assert "<script" not in draw(plots[0], CLIP)
+
+
+@pytest.mark.parametrize(
+    "shape", [cylinder(), ball(), tyre(0.1), prism(np.array([[1, 0], [0, 1], [-1, -1]]), 0, 1)]
+)
+def test_shapes_look_outwards(shape: tuple[np.ndarray, np.ndarray]) -> None:
+    vertices, faces = shape
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    volume = (np.cross(a, b) * c).sum() / 6.0  # of the divergence theorem: positive if all face outwards
+    assert volume > 0.0
+    assert rim(0.1)[1].max() < len(rim(0.1)[0])
+
+
+def test_a_simplified_mesh_keeps_its_place_and_size() -> None:
+    vertices, faces = ball(64)
+    fewer, kept = simplified(vertices, faces, grid=0.15)
+    assert len(fewer) < 0.5 * len(vertices)
+    assert kept.max() < len(fewer)
+    np.testing.assert_allclose(fewer.min(axis=0), vertices.min(axis=0), atol=0.1)
+    np.testing.assert_allclose(fewer.max(axis=0), vertices.max(axis=0), atol=0.1)
+
+
+def test_links_are_where_pinocchio_has_them() -> None:
+    pin = pytest.importorskip("pinocchio", reason="the extra 'whole-body' is not installed")
+    urdf = read_urdf(URDF)
+    model = pin.buildModelFromXML(urdf.text, pin.JointModelFreeFlyer())
+    data, rng = model.createData(), np.random.default_rng(0)
+    q = pin.neutral(model)
+    q[7:] = rng.uniform(-1.0, 1.0, model.nq - 7)
+    q[:3] = rng.normal(size=3)
+    q[3:7] = rng.normal(size=4)
+    q[3:7] /= np.linalg.norm(q[3:7])
+    pin.framesForwardKinematics(model, data, q)
+    poses = link_poses(urdf, tuple(model.names[2:]), q[None, 7:], q[None, :3], q[None, 3:7])
+    for name, pose in poses.items():
+        frame = data.oMf[model.getFrameId(name, pin.FrameType.BODY)]
+        np.testing.assert_allclose(pose.p[0], frame.translation, atol=1e-9)
+        np.testing.assert_allclose(pose.R[0], frame.rotation, atol=1e-9)
+
+
+def spoilt(folder: Path, kind: str) -> Path:
+    """A file that cannot be shown."""
+    path = folder / f"{kind}.npz"
+    if kind == "text":
+        path.write_text("no plan")
+    elif kind == "pickle":
+        np.savez(path, header=np.array([{"format": "rollgait-plan"}], dtype=object))
+    elif kind == "newer":
+        PLAN.save(path)
+        with np.load(path) as data:
+            arrays = {key: data[key] for key in data.files}
+        header = json.loads(str(arrays["header"])) | {"version": 99}
+        np.savez(path, **(arrays | {"header": np.array(json.dumps(header))}))
+    return path
+
+
+@pytest.mark.parametrize("kind", ["text", "pickle", "newer", "missing"])
+@pytest.mark.parametrize("command", ["view", "record"])
+def test_what_is_no_motion_is_refused(
+    kind: str, command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("viser", reason="the extra 'view' is not installed")
+    path = spoilt(tmp_path, kind)
+    with pytest.raises(FileError):
+        open_clip(path)
+    options = ["--port", "0"] if command == "view" else ["--out", str(tmp_path / "a.html")]
+    assert run([command, str(path), *options]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("error: ")
+    assert error.count("\n") == 1
+    assert not (tmp_path / "a.html").exists()
+
+
+@pytest.mark.parametrize("port", ["-1", "70000", "http", "1.5"])
+def test_a_port_must_be_one(port: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("viser", reason="the extra 'view' is not installed")
+    path = PLAN.save(tmp_path / "plan.npz")
+    assert run(["view", str(path), f"--port={port}"]) == 2
+    assert "[0, 65535]" in capsys.readouterr().err
