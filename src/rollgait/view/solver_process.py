@@ -6,9 +6,11 @@ import json
 import os
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TextIO
 
+import rollgait
 from rollgait.config import parse_yaml
 from rollgait.errors import NotSolvedError, RollgaitError
 from rollgait.plan.plan import Plan
@@ -43,7 +45,8 @@ def _plan(task: dict[str, Any], answers: TextIO) -> tuple[str | None, str]:
         return str(plan(scenario, progress=progress).save(out)), ""
     except NotSolvedError as error:
         iterate: Plan | None = error.plan
-        return None if iterate is None else str(iterate.save(out)), _explained(scenario, error)
+        file = None if iterate is None else str(iterate.save(out))
+        return file, f"{error}{_explained(scenario, progress)}"
 
 
 def _track(task: dict[str, Any], answers: TextIO) -> tuple[str | None, str]:
@@ -52,9 +55,16 @@ def _track(task: dict[str, Any], answers: TextIO) -> tuple[str | None, str]:
     return str(track(Plan.load(task["plan"]), rate=100.0, force=True).save(task["out"])), ""
 
 
-def _explained(scenario: Scenario, error: NotSolvedError) -> str:
-    """Why there is no plan."""
-    return str(error)
+def _explained(scenario: Scenario, progress: Callable[[Any], None]) -> str:
+    """What stands in the way of a plan, and what would help; "" if nothing is found."""
+    diagnose = getattr(rollgait, "diagnose", None)
+    if diagnose is None:
+        return ""
+    found = diagnose(scenario, progress=progress)
+    reasons = [f"{r.description}, missed by {r.excess:.3g} {r.unit}".rstrip() for r in found.reasons]
+    helps = [suggestion.text for suggestion in found.suggestions]
+    text = f". In the way: {'; '.join(reasons)}" if reasons else ""
+    return text + (f". What would help: {'; '.join(helps)}" if helps else "")
 
 
 def _answer(answers: TextIO, data: dict[str, Any]) -> None:

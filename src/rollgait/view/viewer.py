@@ -27,6 +27,8 @@ from rollgait.view.solving import Outcome, Progress, Solving
 from rollgait.view.timeline import Timeline
 
 UPLOAD_NAME = "uploaded"
+PLOT_EVERY = 3
+"""Frames from one value to the next beside the plots while playing: nobody reads faster."""
 
 
 class Viewer:
@@ -125,7 +127,8 @@ class Viewer:
                 if self.ghost is not None:
                     self.ghost.show(self.timeline.time)
                 self.time.follow()
-                self._plots.follow(self.scene.index)
+                if not self.timeline.playing or self.scene.index % PLOT_EVERY == 0:
+                    self._plots.follow(self.scene.index)
 
     def _go(self, time: float) -> None:
         self.timeline.pause()
@@ -141,13 +144,19 @@ class Viewer:
         with tabs.add_tab("Plots") as tab:
             self._plots = PlotPanel(gui, tab)
         with tabs.add_tab("Layers"):
+            shadows = gui.add_checkbox("shadows", False, hint="Without a graphics card they halve the speed")
             self._layers = LayerPanel(gui, self._switch)
+        shadows.on_update(lambda event: self._light(event.target.value))
+        self._light(shadows=False)
         with tabs.add_tab("Judgement") as tab:
             self._judgement = JudgementPanel(gui, tab, self._go)
         with tabs.add_tab("Plan"):
             self.panel = PlanningPanel(self.server, self.plan, self.planning.cancel, self._save_plan)
         with tabs.add_tab("Files"):
             self._build_files(gui)
+
+    def _light(self, shadows: bool) -> None:
+        self.server.scene.configure_default_lights(cast_shadow=shadows)
 
     def _build_files(self, gui: viser.GuiApi) -> None:
         opened = gui.add_upload_button(

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from viser import LineSegmentsHandle
 
 from rollgait.view import shapes
 from rollgait.view.layers.layer import Layer, linear, rgb, segments, single
 from rollgait.view.style import BASE_COLOUR, LEG_COLOURS
 
-CHUNK = 8
-"""Frames in a piece of the past: a piece is switched on as a whole, so that little is sent per frame."""
+CHUNK = 24
+"""Frames in a piece of the paths: a piece is switched as a whole. Every piece costs the browser time."""
+COARSE = 3
+"""Every so many frames have a point of the paths: 10 a second."""
 THIN, THICK = 0.006, 0.014
 """Thickness of the future and of the past, m."""
 ABOVE = 0.004
@@ -43,7 +46,7 @@ class Paths(Layer):
 
     def _add(self, name: str, piece: slice, thickness: float, light: float) -> LineSegmentsHandle:
         """All five lines in a piece of the time."""
-        parts = [segments(line[piece]) for line in self._lines]
+        parts = [segments(line[piece][_coarse(len(line[piece]))]) for line in self._lines]
         shades = [
             np.broadcast_to(linear([rgb(self.look.colour or colour, light)]), part.shape)
             for colour, part in zip([BASE_COLOUR, *LEG_COLOURS], parts, strict=True)
@@ -58,6 +61,11 @@ class Paths(Layer):
             behind = begin <= index
             if past.visible != behind:
                 past.visible, future.visible = behind, not behind
+
+
+def _coarse(count: int) -> NDArray[np.intp]:
+    """Some of `count` points, both ends among them."""
+    return np.unique(np.append(np.arange(0, count, COARSE), count - 1))
 
 
 class Footholds(Layer):
@@ -93,11 +101,16 @@ class Com(Layer):
     def draw(self) -> None:
         vertices, faces = shapes.ball()
         self.ball = self.scene.add_mesh_simple(
-            self.at("ball"), vertices * 0.035, faces, color=self.look.of("#F5C400")
+            self.at("ball"), vertices * 0.035, faces, color=self.look.of("#F5C400"), cast_shadow=False
         )
         disc, disc_faces = shapes.ring(inner=0.0)
         self.disc = self.scene.add_mesh_simple(
-            self.at("disc"), disc * 0.03, disc_faces, color=self.look.of(BASE_COLOUR), side="double"
+            self.at("disc"),
+            disc * 0.03,
+            disc_faces,
+            color=self.look.of(BASE_COLOUR),
+            side="double",
+            cast_shadow=False,
         )
         self.show(0)
 

@@ -104,6 +104,7 @@ class Robot(Layer):
                     opacity=self.look.opacity,
                     flat_shading=True,
                     side="double",
+                    cast_shadow=name == "tyre",  # the rim's would lie within it
                 )
             self.wheels.append((leg, node))
         self.balls = []
