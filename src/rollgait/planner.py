@@ -2,27 +2,35 @@
 
 from __future__ import annotations
 
+import os
+import threading
 import time
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
+from rollgait.diagnosis.entry import Investigation
 from rollgait.errors import InputError, NotSolvedError, UnknownNameError
 from rollgait.ocp.problem import Problem, make_problem
 from rollgait.ocp.term import Term
 from rollgait.plan.plan import Plan, StartResult, Statistics
 from rollgait.scenario.library import find_scenario
 from rollgait.scenario.scenario import Scenario
-from rollgait.solvers import SOLVER_NAMES, Progress, Solution, Solver, make_solver
+from rollgait.solvers import SOLVER_NAMES, Iteration, Progress, Solution, Solver, make_solver
+from rollgait.solvers.ipopt import Ipopt
 from rollgait.solvers.kernels import compiled
 from rollgait.starts import Start, starts
 from rollgait.transcription import TRANSCRIPTION_NAMES, transcribe
 from rollgait.transcription.base import Transcribed
 from rollgait.transcription.guess import Motion
 from rollgait.transcription.nlp import Nlp
+
+Array = NDArray[np.float64]
 
 VIOLATION_TOLERANCE = 1e-6
 """Scaled violation of a constraint above which it is named in the statistics."""
@@ -41,6 +49,7 @@ def plan(
     multistart: int = 1,
     seed: int = 0,
     kernels: bool = True,
+    diagnose: bool = True,
     progress: Progress | None = None,
 ) -> Plan:
     """Plans a motion.
@@ -58,6 +67,7 @@ def plan(
             tried only where the first fails.
         seed: of the random ones among the initial guesses.
         kernels: whether to use compiled stage functions where there is a compiler.
+        diagnose: whether to look for the reason if no start converges.
         progress: is called after each iteration of the solver.
 
     Returns:
@@ -65,7 +75,8 @@ def plan(
 
     Raises:
         InputError: something in the input is wrong.
-        NotSolvedError: no start converged; the last iterate is the error's `plan`, marked as not solved.
+        NotSolvedError: no start converged; the last iterate is the error's `plan`, marked as not solved, and
+            the reason its `diagnosis`.
     """
     begin = time.perf_counter()
     transcription, solver = _methods(transcription, solver)
@@ -79,16 +90,38 @@ def plan(
     earlier = Plan.load(warm_start) if isinstance(warm_start, str | Path) else warm_start
     method = _Method(transcription, solver, kernels)
     problem = make_problem(asked, terms)
-    ready = _Ready(method, problem)
+    try:
+        ready = _Ready(method, problem)
+    except NotSolvedError as error:
+        if diagnose:
+            error.diagnosis = Investigation(asked, terms, kernels, progress).diagnosis()
+        raise
     build_time = time.perf_counter() - begin
     guesses = starts(problem, method.solve, earlier, seed)
     attempts = list(_attempts(ready, guesses, multistart, progress))
+    why = None
+    if diagnose and not any(attempt.solution.solved for attempt in attempts):
+        why = Investigation(asked, terms, kernels, progress)
+        attempts += _elastic_attempts(ready, why.motion, progress)
     solved = [attempt for attempt in attempts if attempt.solution.solved]
     best = min(solved, key=lambda a: a.solution.cost) if solved else min(attempts, key=lambda a: a.violation)
     result = _as_plan(ready, best, attempts, method, build_time)
     if not solved:
-        raise NotSolvedError(_failure(result, len(attempts)), result)
+        diagnosis = None if why is None else why.diagnosis()
+        raise NotSolvedError(_failure(result, len(attempts)), result, diagnosis)
     return result
+
+
+def _elastic_attempts(ready: _Ready, motion: Motion | None, progress: Progress | None) -> Iterator[_Attempt]:
+    """Solves from a motion that keeps all constraints, if there is one after all; with IPOPT if need be."""
+    if motion is None:
+        return
+    guess = ready.transcribed.encode(motion)
+    attempt = _attempt(ready, ready.solver, Start("elastic", lambda: motion, warm=True), guess, progress)
+    yield attempt
+    if not attempt.solution.solved and not isinstance(ready.solver, Ipopt):
+        start = Start("elastic, by ipopt", lambda: motion)
+        yield _attempt(ready, Ipopt(ready.transcribed.nlp), start, guess, progress)
 
 
 @dataclass(frozen=True)
@@ -118,7 +151,12 @@ class _Ready:
             method.transcription, problem, compiled if method.kernels else None
         )
         _refuse_contradictions(self.transcribed.nlp, problem)
-        self.solver: Solver = make_solver(method.solver, self.transcribed, method.kernels)
+        self._method = method
+        self.solver = self.another_solver()
+
+    def another_solver(self) -> Solver:
+        """A further solver for the same problem, for another thread."""
+        return make_solver(self._method.solver, self.transcribed, self._method.kernels)
 
 
 @dataclass(frozen=True)
@@ -148,19 +186,74 @@ def _methods(transcription: str | None, solver: str | None) -> tuple[str, str]:
 def _attempts(
     ready: _Ready, guesses: Iterator[Start], multistart: int, progress: Progress | None
 ) -> Iterator[_Attempt]:
-    """Solves from start after start: `multistart` of them, or until one is solved, FALLBACKS at the most."""
-    solved = 0
-    for number, start in enumerate(islice(guesses, max(multistart, FALLBACKS))):
-        if number >= multistart and solved:
+    """Solves from `multistart` starts at once, then one by one until one is solved, FALLBACKS at the most."""
+    first = list(_guesses_of(ready, islice(guesses, multistart)))
+    attempts = _side_by_side(ready, first, progress) if len(first) > 1 else _in_turn(ready, first, progress)
+    solved = False
+    for attempt in attempts:
+        solved = solved or attempt.solution.solved
+        yield attempt
+    for guess in _guesses_of(ready, islice(guesses, max(0, FALLBACKS - multistart))):
+        if solved:
             return
+        for attempt in _in_turn(ready, [guess], progress):
+            solved = attempt.solution.solved
+            yield attempt
+
+
+def _guesses_of(ready: _Ready, some: Iterator[Start]) -> Iterator[tuple[Start, Array]]:
+    """Starts with their guesses of the variables; those that do not apply are left out."""
+    for start in some:
         motion = start.motion()
-        if motion is None:
-            continue
-        begin = time.perf_counter()
-        solution = ready.solver.solve(ready.transcribed.encode(motion), progress, start.warm)
-        violation = float(ready.transcribed.nlp.violations(solution.g, solution.w).max(initial=0.0))
-        solved += solution.solved
-        yield _Attempt(start, solution, time.perf_counter() - begin, violation)
+        if motion is not None:
+            yield start, ready.transcribed.encode(motion)
+
+
+def _in_turn(
+    ready: _Ready, guesses: Sequence[tuple[Start, Array]], progress: Progress | None
+) -> Iterator[_Attempt]:
+    for start, guess in guesses:
+        yield _attempt(ready, ready.solver, start, guess, progress)
+
+
+def _side_by_side(
+    ready: _Ready, guesses: Sequence[tuple[Start, Array]], progress: Progress | None
+) -> Iterator[_Attempt]:
+    """Solves on the cores there are, if the solver can run more than once at a time; Ctrl-C ends all."""
+    cores = min(len(guesses), os.cpu_count() or 1)
+    if cores < 2 or not getattr(ready.solver, "runs_side_by_side", False):
+        yield from _in_turn(ready, guesses, progress)
+        return
+    solvers = [ready.solver, *(ready.another_solver() for _ in guesses[1:])]
+    over = threading.Event()
+
+    def watched(number: int) -> Progress:
+        def report(iteration: Iteration) -> None:
+            if over.is_set():
+                raise KeyboardInterrupt
+            if number == 0 and progress is not None:
+                progress(iteration)
+
+        return report
+
+    with ThreadPoolExecutor(cores) as pool:
+        try:
+            futures = [
+                pool.submit(_attempt, ready, solver, start, guess, watched(number))
+                for number, (solver, (start, guess)) in enumerate(zip(solvers, guesses, strict=True))
+            ]
+            yield from [future.result() for future in futures]
+        finally:
+            over.set()
+
+
+def _attempt(
+    ready: _Ready, solver: Solver, start: Start, guess: Array, progress: Progress | None
+) -> _Attempt:
+    begin = time.perf_counter()
+    solution = solver.solve(guess, progress, start.warm)
+    violation = float(ready.transcribed.nlp.violations(solution.g, solution.w).max(initial=0.0))
+    return _Attempt(start, solution, time.perf_counter() - begin, violation)
 
 
 def _as_plan(

@@ -70,7 +70,7 @@ def test_from_its_own_solution_a_solver_is_soon_done(transcribed: Transcribed, w
     cold = solver.solve(transcribed.encode(kinematic_guess(transcribed.problem)))
     warm = solver.solve(cold.w, warm=True)
     assert warm.solved
-    assert warm.cost == pytest.approx(cold.cost, rel=1e-5)
+    assert warm.cost == pytest.approx(cold.cost, rel=5e-5)  # both stop at a tolerance of 1e-5, from two sides
     assert warm.iterations <= cold.iterations
 
 

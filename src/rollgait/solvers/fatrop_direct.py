@@ -32,7 +32,11 @@ from rollgait.transcription.nlp import Nlp
 Array = NDArray[np.float64]
 
 Options = dict[str, float | int]
-STATUS = {0: "Solve_Succeeded", 1: "Unknown", 2: "Maximum_Iterations_Exceeded"}
+
+PATIENCE = 80
+"""Iterations without a tenth less violation after which the constraints are taken for contradictory."""
+SMALL_VIOLATION = 1e-4
+"""Scaled violation below which a solver may take its time over the cost."""
 
 
 class DirectFatrop:
@@ -43,6 +47,7 @@ class DirectFatrop:
     """
 
     name = "fatrop"
+    runs_side_by_side = True  # each has its own memory
 
     def __init__(self, nlp: Nlp, structure: Structure, options: Options, warm_options: Options) -> None:
         self.nlp, self._options, self._warm_options = nlp, options, warm_options
@@ -55,6 +60,7 @@ class DirectFatrop:
         self._stop: Callable[[], bool] = lambda: False
         self._error: BaseException | None = None
         self._iteration = 0
+        self._least, self._least_at = np.inf, 0
         self._jacobians: dict[int, JacobianFill] = {}
         self._hessians: dict[int, HessianFill] = {}
         self._interface = self._make_interface()
@@ -81,6 +87,7 @@ class DirectFatrop:
             None,
             0,
         )
+        self._least, self._least_at = np.inf, 0
         for name, value in (self._options | (self._warm_options if warm else {})).items():
             kind = "double" if isinstance(value, float) else "int"
             getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
@@ -93,14 +100,22 @@ class DirectFatrop:
         w[self._rows.order] = np.ctypeslib.as_array(primal.pa, (self.nlp.size,))
         f, g = self._values(w)
         stats = self._library.fatrop_ocp_c_get_stats(self._solver).contents
+        solved = flag == 0 and bool(np.isfinite(w).all())
         return Solution(
             w=w,
             g=g,
             cost=f,
-            solved=flag == 0 and bool(np.isfinite(w).all()),
-            status=STATUS.get(flag, f"status {flag}"),
-            iterations=int(stats.iterations_count),
+            solved=solved,
+            status="Solve_Succeeded" if solved else self._why(flag),
+            iterations=max(int(stats.iterations_count), self._iteration),
         )
+
+    def _why(self, flag: int) -> str:
+        """Why there is no solution; fatrop itself does not tell."""
+        if self._stagnates():
+            return "No_Progress_Towards_The_Constraints"
+        limit = int(self._options.get("max_iter", 0))
+        return "Maximum_Iterations_Exceeded" if 0 < limit <= self._iteration else f"Not_Converged ({flag})"
 
     # -- values -----------------------------------------------------------------------------------------
 
@@ -192,7 +207,7 @@ class DirectFatrop:
                 return evaluate()
         except BaseException as error:
             self._error = error
-            self._library.fatrop_ocp_c_set_option_int(self._solver, b"max_iter", 0)
+            self._give_up()
         return otherwise
 
     def _from_primal(self, x: Any) -> Array:
@@ -235,10 +250,20 @@ class DirectFatrop:
 
     def _report(self, w: Array) -> None:
         self._iteration += 1
+        cost, g = self._values(w)
+        worst = float(self.nlp.violations(g, w).max(initial=0.0))
+        if worst < 0.9 * self._least or worst < SMALL_VIOLATION:
+            self._least, self._least_at = worst, self._iteration
+        if self._stagnates():
+            self._give_up()
         if self._progress is not None:
-            cost, g = self._values(w)
-            worst = float(self.nlp.violations(g, w).max(initial=0.0))
             self._progress(Iteration(self._iteration, cost, worst))
+
+    def _stagnates(self) -> bool:
+        return self._iteration - self._least_at > PATIENCE
+
+    def _give_up(self) -> None:
+        self._library.fatrop_ocp_c_set_option_int(self._solver, b"max_iter", 0)
 
     def _check_dimensions(self) -> None:
         """The sizes that fatrop reports back must be ours, or its structures are not those described here."""

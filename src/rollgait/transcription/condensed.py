@@ -1,9 +1,9 @@
 """A condensed transcription of the same problem: multiple shooting with one cheap step per interval.
 
-State (r, θ, ṙ, L, feet) with the angular momentum L in place of θ̇, inputs constant in an interval,
-x⁺ = F(x, u) by `dynamics.step`. Costs are integrated by the midpoint rule, constraints hold at nodes,
-tightened by what may happen between them. The inputs of the interval before are part of the state, as the
-cost of force changes and the bound of accelerations need them.
+State (r, θ, ṙ, L, feet) with the angular momentum L in place of θ̇, inputs constant in an interval, and
+x⁺ = F(x, u) by `dynamics.step`. Costs are integrated by the midpoint rule (Simpson's where feet step freely).
+Constraints hold at nodes, tightened by what may happen between them. The inputs of the interval before are part
+of the state, as the cost of force changes and the bound of accelerations need them.
 
 Variables of an interval: its node (state), then its inputs; at the end of the horizon a last node. That
 order, and rows that define the next node before the others, is what a structure-exploiting solver wants.
@@ -45,6 +45,8 @@ from rollgait.transcription.tableau import gauss_legendre
 Array = NDArray[np.float64]
 FEET = 4
 HEIGHT = gauss_legendre(len(POINTS))
+SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
+"""Weights of Simpson's rule at the beginning, the middle and the end of an interval."""
 
 
 @dataclass(frozen=True)
@@ -256,11 +258,18 @@ def _interval_stage(problem: Problem, layout: _Layouts) -> Stage:
     builder.add_rows(interval.next_node[: layout.last] - node_end[: layout.last], label)
     not_last = np.arange(count) < count - 1
     builder.add_rows(interval.next_node[layout.last :] - node_end[layout.last :], label, holds=not_last)
-    builder.add_costs([interval.instant(interval.middle, 0.5)], np.ones(1), terminal=False)
+    begin, middle, end = (
+        interval.instant(x, tau)
+        for x, tau in ((interval.begin, 0.0), (interval.middle, 0.5), (interval.end, 1.0))
+    )
+    if len(layout.steerable) == FEET:
+        builder.add_costs([middle], np.ones(1), terminal=False)
+    else:  # a foot that steps freely may cross its whole step in one interval
+        builder.add_costs([begin, middle, end], SIMPSON, terminal=False)
     builder.add_constraints(
         {
-            Place.NODE: [interval.instant(interval.begin, 0.0)],
-            Place.INTERVAL_END: [interval.instant(interval.end, 1.0)],
+            Place.NODE: [begin],
+            Place.INTERVAL_END: [end],
             Place.HEIGHT_POINTS: [interval.at_height_point(j) for j in range(len(POINTS))],
         }
     )
