@@ -2,8 +2,8 @@
 
 State (r, θ, ṙ, L, feet) with the angular momentum L in place of θ̇, inputs constant in an interval, and
 x⁺ = F(x, u) by `dynamics.step`. Costs are integrated by the midpoint rule (Simpson's where feet step freely).
-Constraints hold at nodes, tightened by what may happen between them. The inputs of the interval before are part
-of the state, as the cost of force changes and the bound of accelerations need them.
+Constraints hold at nodes, tightened by what may happen between them. The inputs of the interval before are
+part of the state, as the cost of force changes and the bound of accelerations need them.
 
 Variables of an interval: its node (state), then its inputs; at the end of the horizon a last node. That
 order, and rows that define the next node before the others, is what a structure-exploiting solver wants.
