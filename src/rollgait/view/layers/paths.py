@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from viser import LineSegmentsHandle
 
+from rollgait.plan.samples import Array
 from rollgait.view import shapes
 from rollgait.view.layers.layer import Layer, linear, rgb, segments, single
 from rollgait.view.style import BASE_COLOUR, LEG_COLOURS
 
-CHUNK = 24
-"""Frames in a piece of the paths: a piece is switched as a whole. Every piece costs the browser time."""
-COARSE = 3
-"""Every so many frames have a point of the paths: 10 a second."""
+COARSE = 2
+"""Every so many frames have a point of the paths, and the past grows: fifteen a second."""
 THIN, THICK = 0.006, 0.014
 """Thickness of the future and of the past, m."""
 ABOVE = 0.004
@@ -32,40 +30,34 @@ class Paths(Layer):
 
     def draw(self) -> None:
         s = self.clip.samples
-        self._lines = [s.com_position, *(s.foot_position[:, leg] for leg in range(4))]
-        self.pieces = []
-        if self.look.ghost:
-            self._add("way", slice(None), THIN, FAINT)
-            return
-        for begin in range(0, len(s.time) - 1, CHUNK):
-            piece = slice(begin, begin + CHUNK + 1)
-            future = self._add(f"future{begin:05d}", piece, THIN, FAINT)
-            past = self._add(f"past{begin:05d}", piece, THICK, 0.0)
-            past.visible = False
-            self.pieces.append((begin + CHUNK // 2, future, past))
+        self._kept = np.unique(np.append(np.arange(0, len(s.time), COARSE), len(s.time) - 1))
+        lines = [s.com_position, *(s.foot_position[:, leg] for leg in range(4))]
+        self._way = np.stack([segments(line[self._kept]) for line in lines])
+        self._drawn = -1
+        low = THICK if not self.look.ghost else 0.0  # the past hides the future under it
+        self._add("future", self._way + np.array([0.0, 0.0, ABOVE - 0.5 * low]), THIN, FAINT)
+        if not self.look.ghost:
+            self.past = self._add("past", self._past(0), THICK, 0.0)
 
-    def _add(self, name: str, piece: slice, thickness: float, light: float) -> LineSegmentsHandle:
-        """All five lines in a piece of the time."""
-        parts = [segments(line[piece][_coarse(len(line[piece]))]) for line in self._lines]
-        shades = [
-            np.broadcast_to(linear([rgb(self.look.colour or colour, light)]), part.shape)
-            for colour, part in zip([BASE_COLOUR, *LEG_COLOURS], parts, strict=True)
-        ]
-        points = np.concatenate(parts) + np.array([0.0, 0.0, ABOVE])
+    def _add(self, name: str, way: Array, thickness: float, light: float) -> LineSegmentsHandle:
+        """All five lines as one; way: (5, m, 2, 3)."""
+        shades = linear([rgb(self.look.colour or colour, light) for colour in (BASE_COLOUR, *LEG_COLOURS)])
+        colours = np.broadcast_to(shades[:, None, None], way.shape).reshape(-1, 2, 3)
         return self.scene.add_line_segments(
-            self.at(name), single(points), np.concatenate(shades), thickness=thickness
+            self.at(name), single(way.reshape(-1, 2, 3)), colours, thickness=thickness
         )
 
+    def _past(self, count: int) -> Array:
+        """The first `count` segments of each line; the others have no length, (5, m, 2, 3)."""
+        way: Array = self._way + np.array([0.0, 0.0, ABOVE])
+        way[:, count:] = way[:, max(count - 1, 0), -1][:, None, None]
+        return way
+
     def show(self, index: int) -> None:
-        for begin, future, past in self.pieces:
-            behind = begin <= index
-            if past.visible != behind:
-                past.visible, future.visible = behind, not behind
-
-
-def _coarse(count: int) -> NDArray[np.intp]:
-    """Some of `count` points, both ends among them."""
-    return np.unique(np.append(np.arange(0, count, COARSE), count - 1))
+        count = int(np.searchsorted(self._kept[1:], index, side="right"))
+        if not self.look.ghost and count != self._drawn:
+            self._drawn = count
+            self.past.points = single(self._past(count).reshape(-1, 2, 3))
 
 
 class Footholds(Layer):
