@@ -6,6 +6,8 @@
 True
 """
 
+from rollgait.diagnosis.entry import diagnose
+from rollgait.diagnosis.report import Diagnosis, Reason, Suggestion
 from rollgait.errors import InputError, NotSolvedError, RollgaitError
 from rollgait.many import Outcome, plan_many
 from rollgait.ocp.instant import Foot, Instant
@@ -25,6 +27,7 @@ __version__ = "0.1.0"
 __all__ = [
     "Constraint",
     "Cost",
+    "Diagnosis",
     "Disturbances",
     "Foot",
     "FootConstraint",
@@ -34,11 +37,14 @@ __all__ = [
     "NotSolvedError",
     "Outcome",
     "Plan",
+    "Reason",
     "Robot",
     "RollgaitError",
     "Samples",
     "Scenario",
     "SimulationLog",
+    "Suggestion",
+    "diagnose",
     "find_robot",
     "find_scenario",
     "plan",

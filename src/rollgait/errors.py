@@ -67,12 +67,17 @@ class FileError(InputError):
 
 
 class NotSolvedError(RollgaitError):
-    """The solver found no solution. `plan` is its last iterate, marked as not solved (or None)."""
+    """The solver found no solution.
+
+    Attributes:
+        plan: its last iterate, marked as not solved; or None.
+        diagnosis: why there is none and what would help (`rollgait.Diagnosis`); None if it was not asked for.
+    """
 
     exit_status = 1
 
-    def __init__(self, message: str, plan: Any = None) -> None:
-        self.plan = plan
+    def __init__(self, message: str, plan: Any = None, diagnosis: Any = None) -> None:
+        self.plan, self.diagnosis = plan, diagnosis
         super().__init__(message)
 
 

@@ -36,5 +36,5 @@ class Progress:
         if self._status is not None:
             cost, violation = number(iteration.cost, 6), number(iteration.violation, 2)
             self._status.update(
-                f"solving … iteration {iteration.number:3d}   cost {cost}   violation {violation}"
+                f"{iteration.task} … iteration {iteration.number:3d}   cost {cost}   violation {violation}"
             )

@@ -1,10 +1,11 @@
 """A nonlinear program whose constraints may be missed, at a price: what is missed stands in the way.
 
-    minimise c f(w) + Σ π s   subject to   lower ≤ g(w) + U (s⁻ − s⁺) ≤ upper,  s ≥ 0
+    minimise c f(w) + Σ π (s + b s² / 2)   subject to   lower ≤ g(w) + U (s⁻ − s⁺) ≤ upper,  s ≥ 0
 
-U holds the size of a usual miss, so that slacks are about 1; π is the price of each. The price is paid per
-unit (L1), not squared: it drives most slacks to exactly zero and leaves the few that are needed. Bounds of
-variables that come from constraints are rows here, and may be missed as well.
+U holds the size of a usual miss, so that slacks are about 1; π is the price of each. The price of the first
+unit is what drives most slacks to exactly zero (L1) and leaves the few that are needed; b makes large ones
+dearer, so that a limit is missed by a little for some time rather than by much at once. Bounds of variables
+that come from constraints are rows here, and may be missed as well.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ from rollgait.transcription.nlp import Nlp, RowOrigin
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+BEND = 0.2
+"""b: a slack of ten usual misses costs twice its first price."""
 START = 0.1
 """Slack at the start beyond what is missed there: interior-point methods begin inside their bounds."""
 
@@ -140,7 +143,7 @@ class ElasticNlp:
         )
 
         def cost(f: ca.MX) -> ca.MX:
-            return factor * f + ca.dot(prices, s)
+            return factor * f + ca.dot(prices, s + 0.5 * BEND * s**2)
 
         def constraints(g: ca.MX) -> ca.MX:
             return ca.vertcat(g, w[bounded]) + ca.mtimes(per_slack, s)
@@ -148,9 +151,10 @@ class ElasticNlp:
         f, g = own["nlp"](w, q)
         f_again, gradient = own["nlp_grad_f"](w, q)
         g_again, jacobian = own["nlp_jac_g"](w, q)
-        full_gradient = ca.vertcat(factor * gradient, prices)
+        full_gradient = ca.vertcat(factor * gradient, prices * (1.0 + BEND * s))
         full_jacobian = ca.horzcat(ca.vertcat(jacobian, picks), per_slack)
-        hessian = ca.diagcat(own["nlp_hess_l"](w, q, factor * lam_f, lam_g[:rows]), ca.MX(slacks, slacks))
+        of_program = own["nlp_hess_l"](w, q, factor * lam_f, lam_g[:rows])
+        hessian = ca.diagcat(of_program, ca.diag(lam_f * BEND * prices))
         of_lagrangian = lam_f * full_gradient + ca.mtimes(full_jacobian.T, lam_g)
         return {
             "nlp": ca.Function("nlp", [x, p], [cost(f), constraints(g)], ["x", "p"], ["f", "g"]),

@@ -121,8 +121,8 @@ class _BoundSources:
         ends: Array,
         bounds: tuple[Array, Array],
     ) -> None:
-        """Notes the rows whose `ends` (2, n) have become the bounds of their variables."""
-        for side, end in enumerate((ends.min(axis=0), ends.max(axis=0))):
+        """Notes the rows whose `ends` (lower and upper, n each) have become the bounds of their variables."""
+        for side, end in enumerate(ends):
             here = np.isfinite(end) & (end == bounds[side][variable])
             sources = np.stack([np.full(row.shape, block), row, stage], axis=-1)
             self.index[side, variable[here]] = sources[here]
@@ -227,8 +227,9 @@ class Nlp:
         variable = block.variables[f.jacobian_cols[nonzero], stage]
         limits = np.stack([block.stage.lower[row, stage], block.stage.upper[row, stage]])
         ends = (limits - values[row, stage]) / slopes[nonzero, stage]
-        np.maximum.at(low, variable, ends.min(axis=0))
-        np.minimum.at(high, variable, ends.max(axis=0))
+        ends = np.where(slopes[nonzero, stage] > 0.0, ends, ends[::-1])
+        np.maximum.at(low, variable, ends[0])
+        np.minimum.at(high, variable, ends[1])
         self._bound_sources.note(
             self.blocks.index(block), row, stage, variable, slopes[nonzero, stage], ends, (low, high)
         )

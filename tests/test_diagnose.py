@@ -1,0 +1,154 @@
+"""Scenarios that cannot be: the right constraint is named, and what is suggested helps."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Any
+
+import pytest
+
+import rollgait as rg
+from rollgait.diagnosis.entry import MAX_SUGGESTIONS
+from rollgait.diagnosis.report import Diagnosis, Reason, Suggestion
+from rollgait.scenario.scenario import Scenario
+
+ROLLING = {"robot": "centauro", "goal": {"x": 0.5}, "horizon": 3.0}
+LOCKED = {"wheels": "locked", "kind": "schedule"}
+
+
+def scenario(**changes: Any) -> Scenario:
+    return Scenario.from_dict(ROLLING | changes)
+
+
+def terms(diagnosis: Diagnosis) -> set[str]:
+    return {reason.term for reason in diagnosis.reasons}
+
+
+def keys(diagnosis: Diagnosis) -> set[str]:
+    return {key for suggestion in diagnosis.suggestions for key in suggestion.change}
+
+
+def assert_helps(asked: Scenario, suggestion: Suggestion) -> None:
+    assert suggestion.verified
+    plan = rg.plan(asked.with_values(suggestion.change), diagnose=False)
+    rows = {row.name: row for row in plan.certificate().rows}
+    assert rows["goal_distance"].verdict != "fail"
+    assert rows["goal_yaw"].verdict != "fail"
+
+
+# -- what is in the way ------------------------------------------------------------------------------------
+
+
+def test_nothing_is_in_the_way_of_what_can_be_solved() -> None:
+    diagnosis = rg.diagnose(scenario())
+    assert diagnosis == Diagnosis()
+    assert "no constraint" in str(diagnosis)
+
+
+def test_goal_too_far_for_the_horizon() -> None:
+    asked = scenario(goal={"x": 2.9})
+    diagnosis = rg.diagnose(asked)
+    assert terms(diagnosis) <= {"acceleration", "stance_speed"}
+    assert {reason.leg for reason in diagnosis.reasons} == {"FL", "FR", "HL", "HR"}
+    assert {"goal.x", "horizon"} <= keys(diagnosis)
+    nearer = next(s for s in diagnosis.suggestions if "goal.x" in s.change)
+    assert 1.5 < nearer.change["goal.x"] < 2.9
+    for suggestion in diagnosis.suggestions:
+        assert_helps(asked, suggestion)
+
+
+def test_friction_too_low_to_get_there() -> None:
+    asked = scenario(goal={"x": 1.0}, ground={"friction": 0.01})
+    diagnosis = rg.diagnose(asked)
+    assert terms(diagnosis) == {"friction"}
+    assert all(reason.unit == "N" and 0.0 < reason.excess < 500.0 for reason in diagnosis.reasons)
+    more = next(s for s in diagnosis.suggestions if "ground.friction" in s.change)
+    assert_helps(asked, more)
+
+
+def test_box_too_small_for_the_stride() -> None:
+    asked = scenario(
+        goal={"x": 0.3},
+        horizon=6.0,
+        gait={"kind": "crawl", "steps": 4, "wheels": "locked"},
+        bounds={"box": [0.03, 0.03, 0.1]},
+    )
+    diagnosis = rg.diagnose(asked)
+    assert terms(diagnosis) == {"box"}
+    assert all(1.0 <= reason.begin < reason.end <= 6.0 for reason in diagnosis.reasons)
+    larger = next(s for s in diagnosis.suggestions if "bounds.box" in s.change)
+    assert larger.change["bounds.box"][0] > 0.03
+    assert_helps(asked, larger)
+
+
+def test_diagonal_and_lateral_pairs_in_the_air() -> None:
+    swings = {"FL": [[0.5, 1.5], [3.0, 5.5]], "HR": [[0.5, 1.5]], "HL": [[3.0, 5.5]]}
+    asked = scenario(goal={"x": 0.1}, horizon=7.0, gait=LOCKED | swings)
+    diagnosis = rg.diagnose(asked)
+    assert diagnosis.reasons
+    lateral = [reason for reason in diagnosis.reasons if reason.begin < 5.5 and reason.end > 3.0]
+    assert lateral
+    single = next(s for s in diagnosis.suggestions if "gait.FL" in s.change)
+    assert "one foot" in single.text
+    assert_helps(asked, single)
+
+
+def test_steering_too_slow_for_the_turn() -> None:
+    asked = scenario(goal={"x": 0.3, "y": 0.4, "yaw_deg": 30}, bounds={"steering_rate_max": 0.05})
+    diagnosis = rg.diagnose(asked)
+    assert terms(diagnosis) == {"steering_rate"}
+    faster = next(s for s in diagnosis.suggestions if "bounds.steering_rate_max" in s.change)
+    assert 0.05 < faster.change["bounds.steering_rate_max"] <= 2.0
+    assert_helps(asked, faster)
+
+
+# -- with the error ------------------------------------------------------------------------------------------
+
+
+def test_forces_too_small_to_stand() -> None:
+    asked = scenario(bounds={"force_max": 100.0})
+    with pytest.raises(rg.NotSolvedError) as caught:
+        rg.plan(asked)
+    diagnosis = caught.value.diagnosis
+    assert terms(diagnosis) == {"force_limits"}
+    # the four feet carry 1149 N, so that each must carry some 187 N more on average
+    assert sum(reason.excess for reason in diagnosis.reasons) > 4 * 180.0
+    (larger,) = [s for s in diagnosis.suggestions if "bounds.force_max" in s.change]
+    assert_helps(asked, larger)
+    assert pickle.loads(pickle.dumps(caught.value)).diagnosis == diagnosis
+
+
+def test_numbers_that_contradict_each_other() -> None:
+    asked = scenario(bounds={"force_min": 200.0, "force_max": 150.0})
+    with pytest.raises(rg.NotSolvedError, match="no solution exists") as caught:
+        rg.plan(asked)
+    diagnosis = caught.value.diagnosis
+    assert terms(diagnosis) == {"force_limits"}
+    assert diagnosis.reasons[0].excess == pytest.approx(50.0, rel=0.01)
+
+
+def test_without_a_diagnosis() -> None:
+    with pytest.raises(rg.NotSolvedError) as caught:
+        rg.plan(scenario(bounds={"force_max": 100.0}), diagnose=False)
+    assert caught.value.diagnosis is None
+
+
+# -- as text and data ------------------------------------------------------------------------------------
+
+
+def test_text_is_aligned_and_data_is_plain() -> None:
+    diagnosis = Diagnosis(
+        (
+            Reason("box", "the foot would have to leave its box", "FL", 1.0, 2.0, 0.0123, "m"),
+            Reason("level_at_end", "the base would not end level", None, 3.0, 3.0, 0.5, "rad"),
+        ),
+        (Suggestion({"goal.x": 0.5, "bounds.box": [0.1, 0.2, 0.3]}, "a goal nearer", True),),
+    )
+    lines = str(diagnosis).splitlines()
+    assert lines[1].index("by 0.0123 m") == lines[2].index("by 0.5 rad")
+    assert "--set goal.x=0.5" in lines[4]
+    assert "--set bounds.box=[0.1,0.2,0.3]" in lines[4]
+    data = diagnosis.to_dict()
+    assert data["reasons"][0]["leg"] == "FL"
+    assert data["suggestions"][0]["verified"]
+    assert len(diagnosis.suggestions) <= MAX_SUGGESTIONS
