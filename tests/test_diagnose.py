@@ -66,6 +66,7 @@ def test_friction_too_low_to_get_there() -> None:
     assert_helps(asked, more)
 
 
+@pytest.mark.slow
 def test_box_too_small_for_the_stride() -> None:
     asked = scenario(
         goal={"x": 0.3},
@@ -81,6 +82,7 @@ def test_box_too_small_for_the_stride() -> None:
     assert_helps(asked, larger)
 
 
+@pytest.mark.slow
 def test_diagonal_and_lateral_pairs_in_the_air() -> None:
     swings = {"FL": [[0.5, 1.5], [3.0, 5.5]], "HR": [[0.5, 1.5]], "HL": [[3.0, 5.5]]}
     asked = scenario(goal={"x": 0.1}, horizon=7.0, gait=LOCKED | swings)

@@ -312,7 +312,8 @@ def _describe_worst(nlp: Nlp, problem: Problem, solution: Solution) -> str:
 def _refuse_contradictions(nlp: Nlp, problem: Problem) -> None:
     if not nlp.contradictions:
         return
-    origin, excess = max(nlp.contradictions, key=lambda item: item[1])
+    # what contradicts the dynamics mostly follows from what contradicts itself
+    origin, excess = max(nlp.contradictions, key=lambda item: (item[0].label.term != "dynamics", item[1]))
     at = origin.interval * problem.schedule.interval
     amount = f"{excess * origin.label.scale:.3g} {origin.label.unit}".rstrip()
     raise NotSolvedError(

@@ -76,6 +76,8 @@ def run(arguments: Sequence[str] | None = None) -> int:
             )
     except RollgaitError as error:
         print_error(str(error))
+        if (diagnosis := getattr(error, "diagnosis", None)) is not None:
+            print(diagnosis, file=sys.stderr)
         return error.exit_status
     except typer.TyperException as error:
         print_error(usage_error(error))

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from importlib import import_module
 from pathlib import Path
 from threading import Thread
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -26,6 +26,11 @@ from rollgait.cli.report import print_certificate, print_plan
 from rollgait.errors import NotSolvedError
 from rollgait.files import check_writable
 from rollgait.plan.plan import Plan
+
+if TYPE_CHECKING:
+    from rollgait.diagnosis.report import Diagnosis
+    from rollgait.plan.certificate import Certificate
+    from rollgait.scenario.scenario import Scenario
 
 
 def plan(
@@ -86,18 +91,34 @@ def plan(
         raise
     certificate = found.certificate()
     found.save(target)
+    diagnosis = _why_no_goal(asked, certificate, kernels, as_json)
     if as_json:
         report = {"file": str(target), "solved": found.solved, "certified": certificate.passed}
         report |= {"statistics": asdict(found.statistics), "certificate": certificate.to_dict()}
+        report["diagnosis"] = None if diagnosis is None else diagnosis.to_dict()
         print_json(report)
     else:
         print_plan(found, Path(scenario).stem)
         print_certificate(certificate)
+        if diagnosis is not None:
+            print(f"\nwhy the goal is missed\n{diagnosis}")
         mark = "" if certificate.passed else "  (not certified)"
         print(f"\nwritten: {target}{mark}")
         print(f"next:    rollgait plot {target}")
     if not (found.solved and certificate.passed):
         raise typer.Exit(1)
+
+
+def _why_no_goal(
+    scenario: Scenario, certificate: Certificate, kernels: bool, quiet: bool
+) -> Diagnosis | None:
+    """Why a plan does not get to its goal; None if it does."""
+    if not any(row.name in ("goal_distance", "goal_yaw") for row in certificate.failures):
+        return None
+    from rollgait.diagnosis.entry import diagnose
+
+    with Progress(quiet) as progress:
+        return diagnose(scenario, kernels=kernels, progress=progress)
 
 
 def _target(path: Path) -> Path:
@@ -113,7 +134,8 @@ def _keep_iterate(error: NotSolvedError, target: Path, as_json: bool) -> None:
         statistics = None if iterate is None else asdict(iterate.statistics)
         file = None if beside is None else str(beside)
         report = {"file": file, "solved": False, "certified": False, "message": str(error)}
-        print_json(report | {"statistics": statistics})
+        diagnosis = None if error.diagnosis is None else error.diagnosis.to_dict()
+        print_json(report | {"statistics": statistics, "diagnosis": diagnosis})
     elif beside is not None:
         print(
             f"last iterate: {beside}  (not a plan; 'rollgait check' and 'rollgait plot' show what went wrong)"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -139,9 +139,11 @@ class _Search:
         soft = make_problem(scenario.with_values(softer), [*terms, *goal])
         self._transcribed = transcribe("condensed", soft, compiled if kernels else None)
         nlp = self._transcribed.nlp
-        self.contradictions = tuple(
+        contradictions = [
             Missed(origin, excess * origin.label.scale) for origin, excess in nlp.contradictions
-        )
+        ]
+        soft_ones = [item for item in contradictions if item.origin.label.term not in HARD]
+        self.contradictions = tuple(soft_ones or contradictions)  # the others only follow from these
         if self.contradictions:
             return
         self._elastic = ElasticNlp(nlp, self._usual_miss, COST_FACTOR)
@@ -209,10 +211,3 @@ class _Search:
     def motion(self) -> Trajectory:
         """The motion of the latest solution."""
         return self._transcribed.decode(self._elastic.split(self._x)[0])
-
-
-def limited(progress: Progress | None, task: str) -> Progress | None:
-    """Progress that says what is going on."""
-    if progress is None:
-        return None
-    return lambda iteration: progress(replace(iteration, task=task))

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from rollgait.diagnosis.changes import Candidate, candidates
-from rollgait.diagnosis.elastic import find_missed, limited
-from rollgait.diagnosis.reasons import reasons_of
 from rollgait.diagnosis.report import Diagnosis, Suggestion
-from rollgait.diagnosis.trial import is_solvable
 from rollgait.errors import RollgaitError
 from rollgait.ocp.term import Term
 from rollgait.scenario.library import find_scenario
 from rollgait.scenario.scenario import Scenario
 from rollgait.solvers import Progress
 from rollgait.transcription.guess import Motion
+
+if TYPE_CHECKING:
+    from rollgait.diagnosis.changes import Candidate
 
 LOOKING = "looking for the reason"
 TRYING = "trying what would help"
@@ -63,7 +64,9 @@ class Investigation:
         self, scenario: Scenario, terms: Sequence[Term], kernels: bool, progress: Progress | None
     ) -> None:
         self._scenario, self._terms, self._kernels, self._progress = scenario, terms, kernels, progress
-        self._finding = find_missed(scenario, terms, kernels, limited(progress, LOOKING))
+        from rollgait.diagnosis.elastic import find_missed  # what it needs takes a while to load
+
+        self._finding = find_missed(scenario, terms, kernels, _saying(LOOKING, progress))
 
     @property
     def motion(self) -> Motion | None:
@@ -73,11 +76,15 @@ class Investigation:
 
     def diagnosis(self) -> Diagnosis:
         """The reasons, and the changes that help."""
+        from rollgait.diagnosis.reasons import reasons_of
+
         finding = self._finding
         reasons = reasons_of(finding.problem, finding.missed)
         return Diagnosis(reasons, tuple(self._suggestions()) if finding.missed else ())
 
     def _suggestions(self) -> Iterator[Suggestion]:
+        from rollgait.diagnosis.changes import candidates
+
         trials = found = 0
         for candidate in candidates(self._scenario, self._finding):
             for text, change in candidate.variants:
@@ -94,5 +101,14 @@ class Investigation:
                     break
 
     def _helps(self, changed: Scenario, candidate: Candidate) -> bool:
+        from rollgait.diagnosis.trial import is_solvable
+
         near = self._finding.motion if candidate.is_limit else None
-        return is_solvable(changed, self._terms, self._kernels, limited(self._progress, TRYING), near)
+        return is_solvable(changed, self._terms, self._kernels, _saying(TRYING, self._progress), near)
+
+
+def _saying(task: str, progress: Progress | None) -> Progress | None:
+    """Progress that says what the iterations are for."""
+    if progress is None:
+        return None
+    return lambda iteration: progress(replace(iteration, task=task))

@@ -50,6 +50,9 @@ def reasons_of(problem: Problem, missed: Sequence[Missed]) -> tuple[Reason, ...]
 def _reason(problem: Problem, items: Sequence[Missed]) -> Reason:
     worst = max(items, key=lambda item: item.excess)
     label = worst.origin.label
+    excess, unit = worst.excess, label.unit
+    if label.term == "acceleration":  # a row is the change of speed in an interval
+        excess, unit = excess / problem.schedule.interval, "m/s²"
     spans = [_span(problem, item) for item in items if item.excess > FAINT * worst.excess]
     return Reason(
         term=label.term,
@@ -57,8 +60,8 @@ def _reason(problem: Problem, items: Sequence[Missed]) -> Reason:
         leg=None if label.leg is None else LEG_NAMES[label.leg],
         begin=min(begin for begin, _ in spans),
         end=max(end for _, end in spans),
-        excess=worst.excess,
-        unit=label.unit,
+        excess=excess,
+        unit=unit,
     )
 
 
