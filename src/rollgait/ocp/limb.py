@@ -68,7 +68,7 @@ class Reach(FootConstraint):
 
     name = "reach"
     unit = "m²"
-    curvature = 0.8  # 2 ‖ṗ‖² of a foot that passes its hip at 0.6 m/s
+    curvature = 1.2  # 2 ‖ṗ‖² of a foot that passes its hip at 0.77 m/s
 
     def applies(self, problem: Problem, leg: int) -> bool:
         return problem.robot.leg_list[leg].limb is not None  # a locked wheel hangs on the same joints
