@@ -5,12 +5,15 @@ from __future__ import annotations
 import pickle
 from typing import Any
 
+import numpy as np
 import pytest
 
 import rollgait as rg
-from rollgait.diagnosis.entry import MAX_SUGGESTIONS
+from rollgait.diagnosis.entry import MAX_SUGGESTIONS, Investigation
 from rollgait.diagnosis.report import Diagnosis, Reason, Suggestion
+from rollgait.ocp.problem import make_problem
 from rollgait.scenario.scenario import Scenario
+from rollgait.transcription import transcribe
 
 ROLLING = {"robot": "centauro", "goal": {"x": 0.5}, "horizon": 3.0}
 LOCKED = {"wheels": "locked", "kind": "schedule"}
@@ -43,6 +46,16 @@ def test_nothing_is_in_the_way_of_what_can_be_solved() -> None:
     diagnosis = rg.diagnose(scenario())
     assert diagnosis == Diagnosis()
     assert "no constraint" in str(diagnosis)
+
+
+def test_the_elastic_motion_keeps_the_constraints() -> None:
+    asked = scenario(goal={"x": 2.9})
+    motion = Investigation(asked, (), True, None).motion
+    assert motion is not None  # it only misses the goal
+    transcribed = transcribe("condensed", make_problem(asked))
+    w = transcribed.encode(motion)
+    g = np.asarray(transcribed.nlp.functions["nlp_g"](w, transcribed.nlp.parameters)).ravel()
+    assert transcribed.nlp.violations(g, w).max() < 1e-3
 
 
 def test_goal_too_far_for_the_horizon() -> None:

@@ -167,6 +167,7 @@ class _Attempt:
     solution: Solution
     solve_time: float
     violation: float
+    solver: str
 
     def result(self) -> StartResult:
         s = self.solution
@@ -253,7 +254,7 @@ def _attempt(
     begin = time.perf_counter()
     solution = solver.solve(guess, progress, start.warm)
     violation = float(ready.transcribed.nlp.violations(solution.g, solution.w).max(initial=0.0))
-    return _Attempt(start, solution, time.perf_counter() - begin, violation)
+    return _Attempt(start, solution, time.perf_counter() - begin, violation, solver.name)
 
 
 def _as_plan(
@@ -262,7 +263,7 @@ def _as_plan(
     problem, nlp, solution = ready.problem, ready.transcribed.nlp, best.solution
     statistics = Statistics(
         transcription=method.transcription,
-        solver=method.solver,
+        solver=best.solver,
         solved=solution.solved,
         status=solution.status,
         iterations=solution.iterations,

@@ -21,6 +21,8 @@ SOLVER_NAMES = ("fatrop", "ipopt")
 class Solver(Protocol):
     """A solver for one nonlinear program, built once."""
 
+    name: str
+
     def solve(
         self, guess: NDArray[np.float64], progress: Progress | None = None, warm: bool = False
     ) -> Solution:
