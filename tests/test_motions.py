@@ -35,13 +35,13 @@ def is_certified(plan: rg.Plan) -> None:
 
 
 def is_at_the_goal(plan: rg.Plan) -> None:
-    """1 cm and 1°, 2 cm with locked wheels; the paper's cost alone comes within 12 cm and 3°."""
+    """1 cm and 1°, 2 cm with locked wheels; the cost of the paper alone comes within 12 cm and 5°."""
     end, goal = plan.sample(plan.horizon), plan.scenario.goal_at(np.array([plan.horizon]))[0]
     legged = plan.scenario.gait.wheels == "locked"
     executable = plan.scenario.profile == "executable"
     distance = np.hypot(*(end.com_position[:2] - goal[:2]))
     assert distance <= ((0.02 if legged else 0.01) if executable else 0.12)
-    assert abs(np.degrees(end.euler[0] - goal[3])) <= (1.0 if executable else 3.0)
+    assert abs(np.degrees(end.euler[0] - goal[3])) <= (1.0 if executable else 5.0)
 
 
 def is_at_rest(plan: rg.Plan) -> None:
