@@ -129,12 +129,4 @@ class Fatrop:
             result = self._solver(
                 x0=guess, p=nlp.parameters, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper
             )
-        stats = self._solver.stats()
-        return Solution(
-            w=np.asarray(result["x"]).ravel(),
-            g=np.asarray(result["g"]).ravel(),
-            cost=float(result["f"]),
-            solved=bool(stats["success"]),
-            status=str(stats["return_status"]),
-            iterations=int(stats["iter_count"]),
-        )
+        return Solution.of_nlpsol(result, self._solver.stats())

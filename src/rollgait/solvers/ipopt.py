@@ -76,15 +76,7 @@ class Ipopt:
             )
         if self._report.interrupted is not None:
             raise self._report.interrupted
-        stats = self._solver.stats()
-        return Solution(
-            w=np.asarray(result["x"]).ravel(),
-            g=np.asarray(result["g"]).ravel(),
-            cost=float(result["f"]),
-            solved=bool(stats["success"]),
-            status=str(stats["return_status"]),
-            iterations=int(stats["iter_count"]),
-        )
+        return Solution.of_nlpsol(result, self._solver.stats())
 
 
 class _Report(ca.Callback):

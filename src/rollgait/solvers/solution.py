@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,3 +43,15 @@ class Solution:
     solved: bool
     status: str
     iterations: int
+
+    @classmethod
+    def of_nlpsol(cls, result: Mapping[str, Any], stats: Mapping[str, Any]) -> Solution:
+        """What CasADi's nlpsol returned, with its statistics."""
+        return cls(
+            w=np.asarray(result["x"]).ravel(),
+            g=np.asarray(result["g"]).ravel(),
+            cost=float(result["f"]),
+            solved=bool(stats["success"]),
+            status=str(stats["return_status"]),
+            iterations=int(stats["iter_count"]),
+        )
