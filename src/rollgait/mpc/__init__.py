@@ -1,0 +1,1 @@
+"""Receding-horizon control: stepping, rolling and steering in real time."""
