@@ -13,6 +13,8 @@ Rows of the NLP that define the next state read x⁺ − F, so their multipliers
 from __future__ import annotations
 
 import ctypes
+import math
+import time
 import weakref
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -61,6 +63,7 @@ class DirectFatrop:
         self._error: BaseException | None = None
         self._iteration = 0
         self._least, self._least_at = np.inf, 0
+        self._until = math.inf
         self._jacobians: dict[int, JacobianFill] = {}
         self._hessians: dict[int, HessianFill] = {}
         self._interface = self._make_interface()
@@ -75,8 +78,17 @@ class DirectFatrop:
         if getattr(self, "_solver", None):
             self._library.fatrop_ocp_c_destroy(self._solver)
 
-    def solve(self, guess: Array, progress: Progress | None = None, warm: bool = False) -> Solution:
+    def solve(
+        self,
+        guess: Array,
+        progress: Progress | None = None,
+        warm: bool = False,
+        until: float = math.inf,
+    ) -> Solution:
         """The solution from a guess of the free variables; `warm` says that the guess is near a solution.
+
+        Limits and parameters are those that the NLP has now. After `until` (a time of `time.perf_counter`, s)
+        no further iteration begins.
 
         Raises:
             KeyboardInterrupt: the user interrupted it.
@@ -88,6 +100,8 @@ class DirectFatrop:
             0,
         )
         self._least, self._least_at = np.inf, 0
+        self._until, self._known = until, (np.empty(0), 0.0, np.empty(0))
+        self._rows.load_bounds()
         for name, value in (self._options | (self._warm_options if warm else {})).items():
             kind = "double" if isinstance(value, float) else "int"
             getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
@@ -254,7 +268,7 @@ class DirectFatrop:
         worst = float(self.nlp.violations(g, w).max(initial=0.0))
         if worst < 0.9 * self._least or worst < SMALL_VIOLATION:
             self._least, self._least_at = worst, self._iteration
-        if self._stagnates():
+        if self._stagnates() or time.perf_counter() > self._until:
             self._give_up()
         if self._progress is not None:
             self._progress(Iteration(self._iteration, cost, worst))

@@ -71,22 +71,23 @@ class Rows:
         self.column[self.unequal] = _count_within(row_stage[self.unequal])
         self.bound_column = rows[stage[self.bounded]] + _count_within(stage[self.bounded])
         self._places: Places | None = None
-        self._bounds = self._sorted_bounds(stages)
+        self._first = np.concatenate([[0], np.cumsum(self.n_unequal)]).astype(np.intp)
+        self._limits: Array = np.empty((2, self._first[-1]))
+        self._limit_of_row = self._first[row_stage[self.unequal]] + self.column[self.unequal]
+        self._limit_of_bound = self._first[stage[self.bounded]] + self.bound_column
+        self.load_bounds()
 
-    def _sorted_bounds(self, stages: int) -> list[tuple[Array, Array]]:
+    def load_bounds(self) -> None:
+        """Takes the limits of rows and variables from the NLP as they are now."""
         nlp = self._nlp
-        result = [(np.empty(n), np.empty(n)) for n in self.n_unequal]
-        for row in self.unequal:
-            low, high = result[self.row_stage[row]]
-            low[self.column[row]], high[self.column[row]] = nlp.g_lower[row], nlp.g_upper[row]
-        for variable, column in zip(self.bounded, self.bound_column, strict=True):
-            low, high = result[self.stage[variable]]
-            low[column], high[column] = nlp.lower[variable], nlp.upper[variable]
-        return result
+        for side, (of_rows, of_variables) in enumerate(((nlp.g_lower, nlp.lower), (nlp.g_upper, nlp.upper))):
+            self._limits[side, self._limit_of_row] = of_rows[self.unequal]
+            self._limits[side, self._limit_of_bound] = of_variables[self.bounded]
 
     def bounds(self, k: int) -> tuple[Array, Array]:
         """Limits of the inequalities of a stage."""
-        return self._bounds[k]
+        low, high = self._limits[:, self._first[k] : self._first[k + 1]]
+        return low, high
 
     def states(self, k: int) -> slice:
         """The NLP's variables that are states of a stage."""

@@ -33,15 +33,23 @@ CONTRADICTION_TOLERANCE = 1e-6
 
 
 class StageFunction:
-    """A stage and its derivatives as CasADi functions of (y, p)."""
+    """A stage and its derivatives as CasADi functions of (y, p).
 
-    def __init__(self, name: str, stage: Stage) -> None:
+    With `residuals` r (the cost is ½ ‖r‖²) the Hessian is the Gauss-Newton one, (∂r/∂y)ᵀ ∂r/∂y: never
+    indefinite, and blind to the curvature of the rows.
+    """
+
+    def __init__(self, name: str, stage: Stage, residuals: ca.SX | None = None) -> None:
         y, p = stage.y, stage.p
         lam_f, lam = ca.SX.sym("lam_f"), ca.SX.sym("lam", stage.rows.numel())
         options = {"cse": True}
         jacobian = ca.jacobian(stage.rows, y)
         lagrangian = lam_f * stage.cost + ca.dot(lam, stage.rows)
-        full_hessian, lagrangian_gradient = ca.hessian(lagrangian, y)
+        if residuals is None:
+            full_hessian, lagrangian_gradient = ca.hessian(lagrangian, y)
+        else:
+            slopes = ca.jacobian(residuals, y)
+            full_hessian, lagrangian_gradient = lam_f * (slopes.T @ slopes), ca.gradient(lagrangian, y)
         hessian = ca.triu(full_hessian)
         self.value = ca.Function(f"{name}_value", [y, p], [stage.cost, stage.rows], options)
         self.gradient = ca.Function(f"{name}_gradient", [y, p], [ca.gradient(stage.cost, y)], options)
@@ -166,22 +174,31 @@ class Nlp:
         contradictions: rows that no variable can satisfy, with by how much.
     """
 
-    def __init__(self, blocks: Sequence[Block], total: int, initial: Array) -> None:
-        """`initial` holds the values of the first variables: the state from which the motion starts."""
+    def __init__(self, blocks: Sequence[Block], total: int, initial: Array, live: bool = False) -> None:
+        """`initial` holds the values of the first variables: the state from which the motion starts.
+
+        With `live`, all numbers may change between solves: only what holds for all of them is left out (the
+        first state, rows without a free variable), and nothing is turned into bounds.
+        """
         self.blocks = tuple(blocks)
         self.total = total
-        self._presolve(initial)
+        self._presolve(initial, live)
         self._number_rows()
 
     # -- presolve ----------------------------------------------------------------------------------------
 
-    def _presolve(self, initial: Array) -> None:
+    def _presolve(self, initial: Array, live: bool) -> None:
         """Rows of one free variable become bounds, variables with equal bounds constants, until none is."""
         low, high = np.full(self.total, -np.inf), np.full(self.total, np.inf)
         low[: initial.size] = high[: initial.size] = initial
-        self._kept = [block.stage.holds & _limits_something(block.stage) for block in self.blocks]
+        self._kept = [block.stage.holds & (_limits_something(block.stage) | live) for block in self.blocks]
         self.contradictions: list[tuple[RowOrigin, float]] = []
         self._bound_sources = _BoundSources.none(self.total)
+        if live:
+            self._split(low, high)
+            for block, keep in zip(self.blocks, self._kept, strict=True):
+                keep &= self._has_free(block, np.ones((block.function.jacobian_rows.size, 1)))
+            return
         # of what is linear, these slopes are the same everywhere; of the rest nothing is read
         slopes = [_mapped(b.function.jacobian, b, np.zeros(b.variables.shape)) for b in self.blocks]
         parts = list(zip(self.blocks, self._kept, slopes, strict=True))
@@ -247,11 +264,15 @@ class Nlp:
         is_free = self._position[block.variables] < self.size
         return np.asarray(is_free[f.jacobian_cols] & ((slopes != 0.0) | ~f.linear[:, None]))
 
+    def _has_free(self, block: Block, slopes: Array) -> NDArray[np.bool_]:
+        """Which rows of a block depend on a free variable, (n_rows, count)."""
+        result = np.zeros((len(block.stage.labels), block.stage.count), dtype=bool)
+        np.logical_or.at(result, block.function.jacobian_rows, self._free_entries(block, slopes))
+        return result
+
     def _drop_empty(self, block: Block, keep: NDArray[np.bool_], slopes: Array) -> None:
         """Rows in which no variable is free are dropped, after a look whether they are satisfied."""
-        f = block.function
-        has_free = np.zeros(keep.shape, dtype=bool)
-        np.logical_or.at(has_free, f.jacobian_rows, self._free_entries(block, slopes))
+        f, has_free = block.function, self._has_free(block, slopes)
         empty = keep & ~has_free
         if not empty.any():
             return

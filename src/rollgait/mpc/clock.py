@@ -1,0 +1,123 @@
+"""The gait in continuous time: which foot is in the air when, and how high.
+
+A change of gait takes effect at the next lift-off, never in mid-swing: swings that have begun are finished,
+those that have not are forgotten, and the new gait begins after a short stand in which the weight can shift.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.mpc.gaits import CyclicGait, find_gait
+from rollgait.ocp.lift import minimum_jerk
+
+Array = NDArray[np.float64]
+
+FEET: Final = 4
+LEAD: Final = 0.6
+"""Between a change of gait and its first lift-off all feet stand, s: time to shift the weight."""
+KEPT: Final = 2.0
+"""How long swings of the past are kept, s; nothing asks for older ones."""
+_SAME: Final = 1e-9
+
+
+@dataclass(frozen=True)
+class TimedSwing:
+    """One swing: leg 0 … 3, lift-off and touch-down in s, height in its middle in m."""
+
+    leg: int
+    lift_off: float
+    touch_down: float
+    clearance: float
+
+
+class GaitClock:
+    """Swings in the past and the future, by gait. Times only go on: see `advance`."""
+
+    def __init__(self, gait: str, time: float = 0.0) -> None:
+        self._gait = find_gait(gait)
+        self._origin = time + LEAD
+        self._time = time
+        self._done: list[TimedSwing] = []
+
+    @property
+    def gait(self) -> CyclicGait:
+        """The gait that decides about the next lift-off."""
+        return self._gait
+
+    def request(self, gait: str, time: float) -> None:
+        """From `time` on another gait; swings in progress are finished. Raises `UnknownNameError`."""
+        new = find_gait(gait)
+        if new == self._gait:
+            return
+        self.advance(time)
+        begun = self._begun(time)
+        self._done = begun
+        landed = max((swing.touch_down for swing in begun), default=time)
+        self._gait, self._origin = new, max(landed, time) + LEAD
+
+    def advance(self, time: float) -> None:
+        """Lets the past be past: what began before `time` can no longer change."""
+        if time > self._time:
+            self._done = self._begun(time)
+            self._time = time
+
+    def _begun(self, time: float) -> list[TimedSwing]:
+        """Swings that have begun by `time`, without those long ago."""
+        recent = [swing for swing in self._done if swing.touch_down > time - KEPT]
+        return recent + [swing for swing in self._planned(self._time, time) if swing.lift_off <= time]
+
+    def _planned(self, begin: float, end: float) -> list[TimedSwing]:
+        """Swings of the present gait with `begin` < lift-off ≤ `end`."""
+        gait = self._gait
+        if gait.swing <= 0.0:
+            return []
+        result = []
+        for leg, phase in enumerate(gait.phase):
+            first = self._origin + phase * gait.period
+            cycle = max(0, math.ceil((begin - first) / gait.period - _SAME))
+            while (lift_off := first + cycle * gait.period) <= end:
+                if lift_off > begin:
+                    result.append(TimedSwing(leg, lift_off, lift_off + gait.swing, gait.clearance))
+                cycle += 1
+        return result
+
+    def swings(self, begin: float, end: float) -> list[TimedSwing]:
+        """All swings that touch the time from `begin` to `end`, s."""
+        every = [*self._done, *self._planned(self._time, end)]
+        return [swing for swing in every if swing.lift_off < end and swing.touch_down > begin]
+
+    def stance_share(self, edges: Array) -> Array:
+        """Share of each interval between `edges` (N + 1,) in which each foot stands, (N, 4)."""
+        share, length = np.ones((edges.size - 1, FEET)), np.diff(edges)
+        for swing in self.swings(float(edges[0]), float(edges[-1])):
+            begin, end = np.clip((swing.lift_off, swing.touch_down), edges[:-1, None], edges[1:, None]).T
+            share[:, swing.leg] -= (end - begin) / length
+        share[share < _SAME] = 0.0
+        return share
+
+    def contact(self, time: float) -> NDArray[np.bool_]:
+        """Which feet stand at a time, (4,)."""
+        result = np.ones(FEET, dtype=bool)
+        for swing in self.swings(time, time + _SAME):
+            result[swing.leg] &= not swing.lift_off <= time < swing.touch_down
+        return result
+
+    def lift(self, times: Array) -> tuple[Array, Array]:
+        """Height of each foot above the ground and its rate at times (n,): (n, 4) in m and m/s."""
+        height, rate = np.zeros((times.size, FEET)), np.zeros((times.size, FEET))
+        for swing in self.swings(float(times.min()), float(times.max()) + _SAME):
+            half = 0.5 * (swing.touch_down - swing.lift_off)
+            rise = (times - swing.lift_off) / half
+            fall = (swing.touch_down - times) / half
+            inside = (rise > 0.0) & (fall > 0.0)
+            value, slope = minimum_jerk(np.minimum(rise, fall)[inside])
+            height[inside, swing.leg] = swing.clearance * value
+            sign = np.where(rise < fall, 1.0, -1.0)[inside]
+            rate[inside, swing.leg] = sign * swing.clearance / half * slope
+        return height, rate

@@ -1,0 +1,149 @@
+"""Puts the numbers of one step of the controller in their places: nothing is built, only filled in."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.dynamics.step import POINTS
+from rollgait.mpc.clock import GaitClock
+from rollgait.mpc.model import OPEN, LiveProblem, workspace_limits
+from rollgait.mpc.reference import Reference
+from rollgait.mpc.settings import MpcSettings, MpcWeights
+from rollgait.mpc.stage_data import LiveStage
+from rollgait.robot.robot import Robot
+
+Array = NDArray[np.float64]
+
+FORCE_ROOM: Final = 0.02
+"""Smallest range of a force in weights of the robot: a nearly empty range would stop an interior-point method."""
+SMALL_MOMENT: Final = 1e-4
+"""m²: lets two feet share the weight that cannot balance it about their line."""
+
+
+class Filling:
+    """Knows where each number of the problem belongs.
+
+    Attributes:
+        ground: height of the ground under each foot, (4,), m: change it at any time.
+    """
+
+    def __init__(self, problem: LiveProblem, settings: MpcSettings) -> None:
+        self._problem, self._settings = problem, settings
+        self.count, self.interval = settings.intervals, settings.interval
+        self.ground: Array = np.zeros(4)
+        nlp = problem.nlp
+        self._row_number = nlp.row_numbers(nlp.blocks[0])
+        self._stages = (problem.interval, problem.end)
+        bounds = settings.bounds
+        legs = problem.robot.leg_list
+        self._speed = np.array([min(bounds.speed_max, leg.speed_max) for leg in legs])
+        self._steering_rate = np.array([min(bounds.steering_rate_max, leg.steering_rate_max) for leg in legs])
+        self._force_max = np.array([leg.force_max for leg in legs])
+        self.speed_limit: Array = np.maximum(self._speed, bounds.swing_speed_max)
+        self.set_robot(problem.robot)
+        self.set_weights(settings.weights)
+        self._put_limits("second_motion", -self._steering_rate[:, None], self._steering_rate[:, None])
+        for stage in self._stages:
+            stage.numbers("interval")[:] = self.interval
+        problem.interval.numbers("mu")[:] = bounds.friction
+
+    # -- what seldom changes -----------------------------------------------------------------------------
+
+    def set_robot(self, robot: Robot) -> None:
+        """Mass, inertia, stance and limbs of a robot with the same feet."""
+        self.robot = robot
+        upper = np.triu_indices(3)
+        margin = np.radians(self._settings.bounds.joint_margin_deg)
+        for stage in self._stages:
+            self._all(stage, "inertia", robot.inertia_matrix[upper])
+            self._all(stage, "inertia_inverse", np.linalg.inv(robot.inertia_matrix)[upper])
+            self._all(stage, "mass", [robot.mass])
+            self._all(stage, "weight", [robot.weight])
+            self._all(stage, "stance", robot.stance.ravel())
+            self._all(stage, "heading_offset", [leg.heading for leg in robot.leg_list])
+            if self._settings.bounds.workspace:
+                for leg in range(4):
+                    low, high, figures = workspace_limits(robot, leg, float(margin))
+                    self._all(stage, f"low_{leg}", low)
+                    self._all(stage, f"high_{leg}", high)
+                    for name, value in figures.items():
+                        self._all(stage, f"{name}_{leg}", value)
+
+    def set_weights(self, weights: MpcWeights) -> None:
+        """Weights of the costs."""
+        for name, value in weights.model_dump().items():
+            for stage in self._stages:
+                if stage.has(f"weight_{name}"):
+                    stage.numbers(f"weight_{name}")[:] = value
+        self._problem.end.numbers("factor")[:] = weights.terminal
+
+    def _all(self, stage: LiveStage, name: str, values: object) -> None:
+        stage.numbers(name)[:] = np.asarray(values, dtype=float)[:, None]
+
+    # -- what changes in every step ----------------------------------------------------------------------
+
+    def put_state(self, first_node: Array) -> None:
+        """The state from which the motion starts, as a node vector."""
+        self._problem.nlp.fixed_values[: first_node.size] = first_node
+
+    def put_contact(self, clock: GaitClock, time: float) -> None:
+        """Which foot stands when, from now on, and how high the others are."""
+        h, count = self.interval, self.count
+        edges = time + h * np.arange(count + 1)
+        share = clock.stance_share(edges).T
+        # what is done now must not count on feet that are still in the air
+        share[:, 0] *= clock.contact(time)
+        stands = share > 0.0
+        points = (edges[:-1, None] + h * np.array(POINTS)).ravel()
+        height, _ = clock.lift(edges)
+        _, rate = clock.lift(points)
+        locked = clock.gait.wheels == "locked"
+        stage, bounds = self._problem.interval, self._settings.bounds
+        stage.numbers("stands")[:] = stands
+        moves = 1.0 - share if locked else np.ones_like(share)
+        stage.numbers("moves")[:] = np.repeat(moves, 2, axis=0)
+        stage.numbers("foot_z")[:] = self.ground[:, None] + height[:-1].T
+        self._problem.end.numbers("foot_z")[:] = (self.ground + height[-1])[:, None]
+        stage.numbers("lift_rate")[:] = np.moveaxis(rate.reshape(count, len(POINTS), 4), 0, -1).swapaxes(0, 1).reshape(8, count)
+        weight = self.robot.weight
+        low = np.where(stands, share * bounds.force_min / weight, -OPEN)
+        high = np.where(stands, np.maximum(share * self._force_max[:, None] / weight, FORCE_ROOM), OPEN)
+        self._put_limits("force", low, high)
+        self._put_limits("friction", np.repeat(np.where(stands, 0.0, -OPEN), 4, axis=0), np.inf)
+        speed = np.where(stands, self._speed[:, None], bounds.swing_speed_max)
+        self._put_limits("first_motion", -speed, speed)
+        rate_max = np.where(share >= 1.0, bounds.acceleration_max, bounds.swing_acceleration_max) * h
+        self._put_limits("acceleration", -rate_max, rate_max)
+        stage.numbers("force_ref")[2::3] = self._static_forces(share)
+
+    def _static_forces(self, share: Array) -> Array:
+        """Vertical forces that would carry the robot at its nominal stance, (4, N), in its weights."""
+        p = self.robot.stance[:, :2]
+        A = np.vstack([np.ones(4), p.T])
+        gram = np.einsum("il,lk,jl->kij", A, share, A)
+        gram[:, (1, 2), (1, 2)] += SMALL_MOMENT
+        multipliers = np.linalg.solve(gram, np.broadcast_to(np.array([1.0, 0.0, 0.0])[:, None], (share.shape[1], 3, 1)))
+        return np.maximum(share * (A.T @ multipliers[:, :, 0].T), 0.0)
+
+    def put_reference(self, reference: Reference) -> None:
+        """Where the robot is wanted."""
+        stage, end = self._stages
+        for name, values in (
+            ("pose_ref", reference.pose),
+            ("rate_ref", reference.rate),
+            ("heading_ref", reference.heading),
+        ):
+            stage.numbers(name)[:] = values[:, :-1]
+            end.numbers(name)[:] = values[:, -1:]
+        stage.numbers("pose_ref")[2] += self.ground.mean()
+        end.numbers("pose_ref")[2] += self.ground.mean()
+        stage.numbers("speed_ref")[:] = reference.speed[:, :-1]
+
+    def _put_limits(self, name: str, lower: Array | float, upper: Array | float) -> None:
+        number = self._row_number[self._problem.interval.rows(name)]
+        nlp = self._problem.nlp
+        nlp.g_lower[number] = lower
+        nlp.g_upper[number] = upper

@@ -1,0 +1,68 @@
+"""The controller's iterate: states and inputs of the horizon, kept from step to step and shifted in time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.mpc.model import LiveProblem
+
+Array = NDArray[np.float64]
+
+
+class Iterate:
+    """States (N + 1, n_x) and inputs (N, n_u) in the units of the variables.
+
+    Attributes:
+        states: at the nodes, the first being the measured one.
+        inputs: of the intervals.
+        previous: inputs before the horizon that costs and bounds refer to, (16,): forces, then speeds.
+    """
+
+    def __init__(self, problem: LiveProblem) -> None:
+        layout, count = problem.layout, len(problem.structure.nx) - 1
+        self._layout, self._count = layout, count
+        self.states: Array = np.zeros((count + 1, layout.last))
+        self.inputs: Array = np.zeros((count, layout.inputs.size))
+        self.previous: Array = np.zeros(layout.node.size - layout.last)
+        self._w: Array = np.zeros(problem.nlp.size)
+        self._rows = np.zeros((count, layout.stage))
+        self._force, self._motion = layout.inputs["force"], layout.inputs["motion"]
+
+    @property
+    def first_node(self) -> Array:
+        """The node from which the motion starts."""
+        return np.concatenate([self.states[0], self.previous])
+
+    def shift(self, share: float) -> None:
+        """Moves on in time by a share of an interval (the last input is held)."""
+        steps = int(share)
+        for _ in range(min(steps, self._count)):
+            self._move(1.0)
+        self._move(share - steps)
+
+    def _move(self, share: float) -> None:
+        X, U = self.states, self.inputs
+        last = X[-1] + share * (X[-1] - X[-2])
+        X[:-1] += share * (X[1:] - X[:-1])
+        X[-1] = last
+        U[:-1] += share * (U[1:] - U[:-1])
+
+    def variables(self) -> Array:
+        """The free variables of the problem."""
+        rows, layout = self._rows, self._layout
+        rows[:, : layout.inputs.size] = self.inputs
+        nodes = rows[:, layout.inputs.size :]
+        nodes[:, : layout.last] = self.states[1:]
+        nodes[:, layout.last : layout.last + 12] = self.inputs[:, self._force]
+        nodes[:, layout.last + 12 :] = self.inputs[:, self._motion][:, 0::2]
+        self._w[:] = rows.ravel()[: self._w.size]
+        return self._w
+
+    def take(self, w: Array) -> None:
+        """Takes free variables of the problem for its own."""
+        rows, layout = self._rows, self._layout
+        flat = rows.reshape(-1)
+        flat[: w.size] = w
+        self.inputs[:] = rows[:, : layout.inputs.size]
+        self.states[1:] = rows[:, layout.inputs.size : layout.inputs.size + layout.last]

@@ -1,0 +1,428 @@
+"""The controller: built once, then a step for each state, without building anything again."""
+
+from __future__ import annotations
+
+import logging
+import time as wall
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import Any, Final, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.dynamics.step import Figures, FootInput, FootState, State, angular_momentum, euler_rate, step
+from rollgait.mpc.clock import GaitClock
+from rollgait.mpc.command import PoseCommand, VelocityCommand, check_command
+from rollgait.mpc.filling import Filling
+from rollgait.mpc.iterate import Iterate
+from rollgait.mpc.model import build
+from rollgait.mpc.reference import Reference, ReferenceMaker
+from rollgait.mpc.settings import MpcSettings
+from rollgait.mpc.standing import Standing
+from rollgait.mpc.state import Control, RobotState
+from rollgait.polynomials import HEIGHT_POINTS, gauss_points
+from rollgait.robot.robot import Robot
+from rollgait.solvers.fatrop import OPTIONS
+from rollgait.solvers.fatrop_direct import DirectFatrop
+from rollgait.solvers.kernels import compiled
+from rollgait.solvers.linear_algebra import use_fast_products
+
+log = logging.getLogger("rollgait")
+Array = NDArray[np.float64]
+Mode = Literal["tracking", "coasting", "standing"]
+
+BARRIER: Final = 1e-2
+"""Barrier parameter with which a step begins: a warm start is near the solution."""
+FEASIBLE: Final = 1e-3
+"""Largest violation (scaled as the solver sees it) of a converged iterate."""
+USABLE: Final = 0.2
+"""Violation from which on an iterate is not used: its motion is not one that the robot could make."""
+FAILURES_MAX: Final = 10
+"""So many failed solves in a row bring the robot to a stand for good."""
+MISSING_MAX: Final = 0.1
+"""So long the robot goes on without a state, s."""
+STALL: Final = 1.5
+"""A step that comes later than so many periods after the last counts as a stall."""
+STALL_MAX: Final = 0.3
+"""After a stall of this length the last plan is worth nothing any more, s."""
+EVENTS_KEPT: Final = 1000
+
+
+@dataclass(frozen=True)
+class Status:
+    """How a step of the controller went.
+
+    Attributes:
+        mode: `tracking` the command; `coasting` on the last plan; `standing` for good, after a fault.
+        iterations: of the solver.
+        converged: whether the solver met its tolerance.
+        violation: largest violation of a constraint, in the solver's scaling.
+        cost: of the horizon.
+        seconds: of wall time that the step took.
+        late: whether that was more than the deadline.
+    """
+
+    mode: Mode
+    iterations: int
+    converged: bool
+    violation: float
+    cost: float
+    seconds: float
+    late: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """What the controller expects.
+
+    Attributes:
+        time: of the nodes, (N + 1,), s.
+        com_position: r, (N + 1, 3), m.
+        euler: θ, (N + 1, 3), rad.
+        foot_position: p, (N + 1, 4, 3), m.
+        force: mean over each interval, (N, 4, 3), N.
+        contact: whether a foot stands for some of the interval, (N, 4).
+        reference: r and yaw that are asked for, (N + 1, 4).
+        status: of the step.
+    """
+
+    time: Array
+    com_position: Array
+    euler: Array
+    foot_position: Array
+    force: Array
+    contact: NDArray[np.bool_]
+    reference: Array
+    status: Status
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that was not as it should be: when (s), and what."""
+
+    time: float
+    text: str
+
+
+class Mpc:
+    """Receding-horizon control of stepping, rolling and steering.
+
+    >>> mpc = Mpc("centauro")                                        # doctest: +SKIP
+    >>> control, prediction = mpc.step(state, VelocityCommand(forward=0.3))  # doctest: +SKIP
+
+    Args:
+        robot: of the library by name, or its data.
+        settings: horizon, weights, bounds.
+        gait: with which it begins.
+        kernels: compile the stage functions, where there is a compiler.
+
+    Attributes:
+        events: what went wrong, newest last.
+        clock: which foot is where when.
+    """
+
+    def __init__(
+        self,
+        robot: Robot | str,
+        settings: MpcSettings | None = None,
+        *,
+        gait: str = "drive",
+        kernels: bool = True,
+    ) -> None:
+        from rollgait.robot.library import find_robot
+
+        self.robot = find_robot(robot) if isinstance(robot, str) else robot
+        self.settings = settings or MpcSettings()
+        self._problem = build(self.robot, self.settings, compiled if kernels else None)
+        if kernels:
+            use_fast_products()
+        options = OPTIONS | {"max_iter": self.settings.iterations, "mu_init": BARRIER}
+        self._solver = DirectFatrop(self._problem.nlp, self._problem.structure, options, {})
+        self._fill = Filling(self._problem, self.settings)
+        self._iterate = Iterate(self._problem)
+        rates = [leg.steering_rate_max for leg in self.robot.leg_list]
+        steering_rate = min(self.settings.bounds.steering_rate_max, *rates)
+        self._reference = ReferenceMaker(self.robot, self.settings.limits, steering_rate, self.robot.height)
+        self._standing = Standing(self.robot, self.settings)
+        self.events: deque[Event] = deque(maxlen=EVENTS_KEPT)
+        self._gait = gait
+        self.clock = GaitClock(gait)
+        self._last: Control | None = None
+        self._failures = 0
+        self._missing_since: float | None = None
+        self._stands = False
+        self._cut = ""
+        self._expected: Reference | None = None
+
+    # -- what may be changed at any time -----------------------------------------------------------------
+
+    def set_mass(self, mass: float) -> None:
+        """The robot's mass, kg; its inertia grows with it."""
+        inertia = {name: value * mass / self.robot.mass for name, value in self.robot.inertia.model_dump().items()}
+        data = self.robot.model_dump(mode="json") | {"mass": mass, "inertia": inertia}
+        self._fill.set_robot(type(self.robot).model_validate(data))
+
+    def set_weights(self, **weights: float) -> None:
+        """Weights of costs by name, as in `MpcWeights`."""
+        self._fill.set_weights(type(self.settings.weights)(**(self.settings.weights.model_dump() | weights)))
+
+    def set_ground(self, height: Array | float) -> None:
+        """Height of the ground, m: one, or one for each foot (4,)."""
+        self._fill.ground = np.broadcast_to(np.asarray(height, dtype=float), (4,)).copy()
+
+    def reset(self, gait: str | None = None) -> None:
+        """Forgets the past and all faults: the next state is taken as that of a standing robot."""
+        self._gait = gait or self._gait
+        self._last, self._failures, self._missing_since, self._stands = None, 0, None, False
+
+    # -- a step ------------------------------------------------------------------------------------------
+
+    def step(
+        self, state: RobotState | None, command: VelocityCommand | PoseCommand
+    ) -> tuple[Control, Prediction]:
+        """What to do for the next period, and what is expected of the horizon.
+
+        Args:
+            state: of the robot now; None if there is none.
+            command: what is asked for; beyond the limits it is cut.
+
+        Raises:
+            InputError: the command is none, or there is no state to begin with.
+        """
+        begin = wall.perf_counter()
+        check_command(command)
+        state, elapsed = self._known_state(state)
+        deadline = begin + (self.settings.deadline or self.settings.period)
+        command = self._within_limits(command, state.time)
+        if self._stands:
+            command = VelocityCommand()
+        elif command.gait is not None and command.gait != self.clock.gait.name:
+            self.clock.request(command.gait, state.time)
+        self.clock.advance(state.time)
+        previous = self._last
+        if previous is None:
+            self._begin(state)
+        else:
+            self._iterate.shift(elapsed / self.settings.interval)
+        reference = self._fill_in(state, command, elapsed)
+        status = self._solve(deadline) if not self._stands else self._status(0, False, 0.0, 0.0)
+        control = self._control(state, previous)
+        self._last = control
+        seconds = wall.perf_counter() - begin
+        status = replace(status, seconds=seconds, late=begin + seconds > deadline, mode=self._mode)
+        return control, self._prediction(state.time, reference, status)
+
+    @property
+    def _mode(self) -> Mode:
+        if self._stands:
+            return "standing"
+        coasts = self._failures > 0 or self._missing_since is not None
+        return "coasting" if coasts else "tracking"
+
+    def stop(self, reason: str) -> None:
+        """Brings the robot to a stand, for good until `reset`; the reason is logged."""
+        if not self._stands:
+            self._stands = True
+            time = self._last.end.time if self._last is not None else 0.0
+            self.clock.request("stand", time)
+            self._note(time, f"stands: {reason}")
+
+    def _note(self, time: float, text: str) -> None:
+        self.events.append(Event(time, text))
+        log.warning("t = %.2f s: %s", time, text)
+
+    # -- what is known -----------------------------------------------------------------------------------
+
+    def _known_state(self, state: RobotState | None) -> tuple[RobotState, float]:
+        """The state to plan from, and the time since the last step; faults are noted."""
+        from rollgait.errors import InputError
+
+        last = self._last
+        fault = "" if state is not None and state.is_finite() else "no state" if state is None else "not-a-number"
+        if last is None:
+            if fault or state is None:
+                raise InputError("state", fault, "must be the measured state of the robot at the first step")
+            return state, 0.0
+        if state is None or fault:
+            expected = last.end
+            if self._missing_since is None:
+                self._missing_since = last.begin.time
+                what = "no state has come" if state is None else "the state holds a value that is not a number"
+                self._note(expected.time, f"{what}: going on with the expected one")
+            if expected.time - self._missing_since > MISSING_MAX:
+                self.stop(f"no usable state for {MISSING_MAX:g} s")
+            return expected, expected.time - last.begin.time
+        self._missing_since = None
+        elapsed = state.time - last.begin.time
+        if elapsed <= 0.0:
+            self._note(state.time, "the state is as old as the last one or older: going on with the expected one")
+            return last.end, last.period
+        if elapsed > STALL * self.settings.period:
+            self._note(state.time, f"the last step was {1e3 * elapsed:.0f} ms ago")
+            if elapsed > STALL_MAX:
+                self.stop(f"a stall of {elapsed:.2g} s")
+        return state, elapsed
+
+    def _within_limits(
+        self, command: VelocityCommand | PoseCommand, time: float
+    ) -> VelocityCommand | PoseCommand:
+        cut, note = command.within(self.settings.limits)
+        if note and note != self._cut:
+            self._note(time, f"command beyond the limits: {note}")
+        self._cut = note
+        return cut
+
+    def _begin(self, state: RobotState) -> None:
+        """Standing: the weight on all feet, all else at rest."""
+        self.clock = GaitClock(self._gait, state.time)
+        self._reference.reset(state)
+        it, layout = self._iterate, self._problem.layout
+        it.states[:] = self._node(state)
+        it.inputs[:] = 0.0
+        p = self.robot.stance[:, :2]
+        A = np.vstack([np.ones(4), p.T])
+        forces = np.linalg.pinv(A) @ np.array([1.0, 0.0, 0.0])
+        it.inputs[:, layout.inputs["force"]][:, 2::3] = forces
+        it.previous[:] = 0.0
+        it.previous[2:12:3] = forces
+
+    def _node(self, state: RobotState) -> Array:
+        """The state as a node vector."""
+        L = angular_momentum(np, state.euler, state.euler_rate, self._fill.robot.inertia_matrix)
+        steerable = list(self._problem.layout.steerable)
+        return np.concatenate(
+            [
+                state.euler,
+                np.array(L) / self._problem.momentum,
+                state.com_position,
+                state.com_velocity,
+                state.foot_position[:, :2].ravel(),
+                state.heading[steerable],
+            ]
+        )
+
+    def _fill_in(self, state: RobotState, command: VelocityCommand | PoseCommand, elapsed: float) -> Reference:
+        it, fill = self._iterate, self._fill
+        it.states[0] = self._node(state)
+        limit = fill.speed_limit
+        it.previous[12:] = np.clip(it.previous[12:], -limit, limit)
+        fill.put_state(it.first_node)
+        fill.put_contact(self.clock, state.time)
+        reference = self._reference.look_ahead(
+            state, command, self.clock.gait, elapsed, fill.count, fill.interval
+        )
+        fill.put_reference(reference)
+        return reference
+
+    # -- solving -----------------------------------------------------------------------------------------
+
+    def _solve(self, deadline: float) -> Status:
+        guess = self._iterate.variables()
+        solution = self._solver.solve(guess, until=deadline)
+        nlp = self._problem.nlp
+        finite = bool(np.isfinite(solution.w).all())
+        violation = float(nlp.violations(solution.g, solution.w).max(initial=0.0)) if finite else np.inf
+        good = finite and violation <= USABLE
+        if good:
+            self._iterate.take(solution.w)
+            self._failures = 0
+        else:
+            self._failures += 1
+            time = self._last.end.time if self._last is not None else 0.0
+            if self._failures == 1:
+                self._note(time, f"a solve failed ({solution.status}, violation {violation:.2g}): the last plan goes on")
+            if self._failures >= FAILURES_MAX:
+                self.stop(f"{FAILURES_MAX} solves in a row have failed")
+        return self._status(solution.iterations, solution.solved and violation < FEASIBLE, violation, solution.cost)
+
+    def _status(self, iterations: int, converged: bool, violation: float, cost: float) -> Status:
+        return Status("tracking", iterations, converged, violation, cost, 0.0, False)
+
+    # -- what to do --------------------------------------------------------------------------------------
+
+    def _control(self, state: RobotState, previous: Control | None) -> Control:
+        """The first bit of the plan, carried out by the model for one period."""
+        period, robot = self.settings.period, self._fill.robot
+        contact = self.clock.contact(state.time)
+        if self._stands:
+            force, motion = self._standing.inputs(state, contact, previous)
+        else:
+            force, motion = self._inputs(contact, previous)
+        it = self._iterate
+        it.previous[:12] = force.ravel() / robot.weight
+        it.previous[12:] = motion[:, 0]
+        end = self._end_of_period(state, force, motion, period)
+        begin = state
+        if self._stands:
+            end = self._standing.settle(end, period)
+        return Control(begin, end, force, motion, contact)
+
+    def _inputs(self, contact: NDArray[np.bool_], previous: Control | None) -> tuple[Array, Array]:
+        """Forces and motions of the plan now. Speeds change no faster than the bounds allow."""
+        layout, it, bounds = self._problem.layout, self._iterate, self.settings.bounds
+        u = it.inputs[0]
+        force = contact[:, None] * u[layout.inputs["force"]].reshape(4, 3) * self._fill.robot.weight
+        motion = u[layout.inputs["motion"]].reshape(4, 2).copy()
+        locked = contact & (self.clock.gait.wheels == "locked")
+        motion[locked] = 0.0
+        before = np.zeros(4) if previous is None else previous.motion[:, 0]
+        limit = self.settings.period * np.where(contact, bounds.acceleration_max, bounds.swing_acceleration_max)
+        change = np.clip(motion[:, 0] - before, -limit, limit)
+        motion[:, 0] = np.where(locked, 0.0, before + change)
+        return force, motion
+
+    def _end_of_period(self, state: RobotState, force: Array, motion: Array, period: float) -> RobotState:
+        robot = self._fill.robot
+        ground = self._fill.ground
+        t = state.time
+        times = np.concatenate([[t, t + period], t + period * gauss_points(HEIGHT_POINTS)])
+        height, rate = self.clock.lift(times)
+        figures = self._figures(robot)
+        L = angular_momentum(np, state.euler, state.euler_rate, robot.inertia_matrix)
+        z = ground + height[0]
+        feet = tuple(
+            FootState([state.foot_position[i, 0], state.foot_position[i, 1], z[i]], state.heading[i])
+            for i in range(4)
+        )
+        x = State(state.com_position, state.euler, state.com_velocity, L, feet)
+        inputs = [FootInput(force[i], motion[i], rate[2:, i]) for i in range(4)]
+        end, _ = step(np, x, inputs, period, figures)
+        foot_position = np.array([foot.p for foot in end.feet])
+        foot_position[:, 2] = ground + height[1]
+        return RobotState(
+            time=t + period,
+            com_position=np.array(end.r),
+            euler=np.array(end.theta),
+            com_velocity=np.array(end.dr),
+            euler_rate=np.array(euler_rate(np, end.theta, end.L, figures)),
+            foot_position=foot_position,
+            heading=np.array([foot.sigma for foot in end.feet]),
+            speed=motion[:, 0].copy(),
+        )
+
+    def _figures(self, robot: Robot) -> Figures:
+        inverse: Any = np.linalg.inv(robot.inertia_matrix)
+        kinds = [leg.foot for leg in robot.leg_list]
+        return Figures(robot.mass, inverse, kinds, [leg.heading for leg in robot.leg_list])
+
+    def _prediction(self, time: float, reference: Reference, status: Status) -> Prediction:
+        layout, it, fill = self._problem.layout, self._iterate, self._fill
+        count = fill.count
+        stage = self._problem.interval
+        stands = stage.numbers("stands").T > 0.0
+        position = np.empty((count + 1, 4, 3))
+        position[:, :, :2] = it.states[:, layout.node["xy"]].reshape(count + 1, 4, 2)
+        position[:-1, :, 2] = stage.numbers("foot_z").T
+        position[-1, :, 2] = self._problem.end.numbers("foot_z")[:, 0]
+        force = it.inputs[:, layout.inputs["force"]].reshape(count, 4, 3) * fill.robot.weight
+        return Prediction(
+            time=time + fill.interval * np.arange(count + 1),
+            com_position=it.states[:, layout.node["r"]].copy(),
+            euler=it.states[:, layout.node["theta"]].copy(),
+            foot_position=position,
+            force=force * stands[:, :, None],
+            contact=stands,
+            reference=reference.pose.T,
+            status=status,
+        )

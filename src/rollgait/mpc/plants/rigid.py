@@ -1,0 +1,127 @@
+"""The rigid body with four feet as a plant, integrated by SciPy's DOP853: not by the planner's step."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from rollgait.dynamics.step import angular_momentum
+from rollgait.mpc.state import Control, RobotState
+from rollgait.robot.robot import GRAVITY, Robot
+
+Array = NDArray[np.float64]
+
+FALLEN_TILT: Final = np.radians(45.0)
+"""Tilt at which the robot counts as fallen, rad."""
+FALLEN_HEIGHT: Final = 0.5
+"""Share of the nominal height below which it counts as fallen."""
+TOLERANCE: Final = 1e-8
+
+
+class RigidPlant:
+    """Equations 1 to 4 of the paper in continuous time; the feet do exactly what they are told.
+
+    Args:
+        robot: whose figures it has (they need not be the controller's).
+        start: where it begins.
+        noise: standard deviation of a random velocity change in each period, m/s (and rad/s).
+        seed: of the noise.
+    """
+
+    name = "rigid"
+
+    def __init__(self, robot: Robot, start: RobotState, noise: float = 0.0, seed: int = 0) -> None:
+        self._robot, self._state, self._noise = robot, start, noise
+        self._random = np.random.default_rng(seed)
+        self._inverse = np.linalg.inv(robot.inertia_matrix)
+        self._pushes: list[tuple[float, Array]] = []
+        self.fallen = False
+
+    @property
+    def state(self) -> RobotState:
+        """The state now."""
+        return self._state
+
+    def push(self, force: Array, duration: float) -> None:
+        """From now on a force on the CoM, N, for a time, s."""
+        self._pushes.append((self._state.time + duration, np.asarray(force, dtype=float)))
+
+    def step(self, control: Control) -> None:
+        """One period."""
+        x, period = self._state, control.period
+        self._pushes = [push for push in self._pushes if push[0] > x.time + 1e-9]
+        pushing = np.sum([force for _, force in self._pushes], axis=0) if self._pushes else np.zeros(3)
+        L = np.array(angular_momentum(np, x.euler, x.euler_rate, self._robot.inertia_matrix))
+        height = control.end.foot_position[:, 2]
+        lift_rate = (height - x.foot_position[:, 2]) / period
+        y0 = np.concatenate(
+            [x.com_position, x.euler, x.com_velocity, L, x.foot_position[:, :2].ravel(), x.heading]
+        )
+        z0 = x.foot_position[:, 2]
+        speed, turn = control.motion.T
+
+        def rate(t: float, y: Array) -> Array:
+            theta, momentum, heading = y[3:6], y[9:12], y[20:24]
+            p = np.column_stack([y[12:20].reshape(4, 2), z0 + lift_rate * t])
+            acceleration = (control.force.sum(axis=0) + pushing) / self._robot.mass
+            acceleration[2] -= GRAVITY
+            torque = np.cross(p - y[:3], control.force).sum(axis=0)
+            velocity = speed[:, None] * np.column_stack([np.cos(heading), np.sin(heading)])
+            return np.concatenate(
+                [y[6:9], self._euler_rate(theta, momentum), acceleration, torque, velocity.ravel(), turn]
+            )
+
+        y = solve_ivp(rate, (0.0, period), y0, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE).y[:, -1]
+        if self._noise:
+            y[6:9] += self._noise * self._random.normal(size=3)
+            y[9:12] += self._noise * self._robot.inertia_matrix @ self._random.normal(size=3)
+        self._state = RobotState(
+            time=x.time + period,
+            com_position=y[:3],
+            euler=y[3:6],
+            com_velocity=y[6:9],
+            euler_rate=self._euler_rate(y[3:6], y[9:12]),
+            foot_position=np.column_stack([y[12:20].reshape(4, 2), height]),
+            heading=y[20:24],
+            speed=speed.copy(),
+        )
+        self.fallen |= self._has_fallen()
+
+    def _has_fallen(self) -> bool:
+        x = self._state
+        tilt = np.cos(x.euler[1]) * np.cos(x.euler[2])
+        height = x.com_position[2] - x.foot_position[:, 2].min()
+        return bool(not tilt >= np.cos(FALLEN_TILT) or not height >= FALLEN_HEIGHT * self._robot.height)
+
+    def _euler_rate(self, theta: Array, L: Array) -> Array:
+        (cz, cy, cx), (sz, sy, sx) = np.cos(theta), np.sin(theta)
+        R = np.array(
+            [
+                [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
+                [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
+                [-sy, cy * sx, cy * cx],
+            ]
+        )
+        wx, wy, wz = self._inverse @ (R.T @ L)
+        yaw = (sx * wy + cx * wz) / cy
+        return np.array([yaw, cx * wy - sx * wz, wx + yaw * sy])
+
+
+def standing_state(robot: Robot, time: float = 0.0, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> RobotState:
+    """The robot standing level and at rest, its wheels straight ahead, on ground of height 0."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    r = np.array([x, y, robot.height])
+    return RobotState(
+        time=time,
+        com_position=r,
+        euler=np.array([yaw, 0.0, 0.0]),
+        com_velocity=np.zeros(3),
+        euler_rate=np.zeros(3),
+        foot_position=r + robot.stance @ R.T,
+        heading=np.full(4, yaw) + np.array([leg.heading for leg in robot.leg_list]),
+        speed=np.zeros(4),
+    )
