@@ -121,6 +121,30 @@ def interpolated(times: Array, known: Array, values: Array) -> Array:
     return np.asarray(values[place] * (1.0 - share) + values[place + 1] * share)
 
 
+class MovingAverage:
+    """Mean over the last `width` rows of a stream.
+
+    Args:
+        width: number of rows.
+        columns: numbers in a row.
+    """
+
+    def __init__(self, width: int, columns: int) -> None:
+        self.width = width
+        self._past: Array = np.zeros((width, columns))
+
+    def fill(self, row: Array) -> None:
+        """As if all rows until now had been this one, (columns,)."""
+        self._past[:] = row
+
+    def update(self, rows: Array) -> Array:
+        """The means at each of the next rows, (n, columns)."""
+        known = np.concatenate([self._past, rows])
+        total = np.cumsum(known, axis=0)
+        self._past = known[len(rows) :]
+        return np.asarray((total[self.width :] - total[: -self.width]) / self.width)
+
+
 class Controller:
     """Computes the controls step by step.
 
@@ -131,13 +155,18 @@ class Controller:
     """
 
     def __init__(self, gains: Gains, reference: Reference, delay: int = 0) -> None:
-        self._gains, self._reference, self._delay = gains, reference, delay
-        self._feedforward = reference.torque + gains.damping * reference.velocity
+        self._gains, self._delay = gains, delay
+        self.load(reference)
         self._waiting: list[Array] = []
         self.shift: Array = np.zeros_like(reference.position[0])
         """Δq, (n_j,), rad."""
         self.shift_rate: Array = np.zeros_like(reference.position[0])
         """Δq̇, (n_j,), rad/s."""
+
+    def load(self, reference: Reference) -> None:
+        """Another reference; its steps count from 0. What waits for its time still comes."""
+        self._reference = reference
+        self._feedforward = reference.torque + self._gains.damping * reference.velocity
 
     def control(self, step: int, position: Array) -> Array:
         """The torque without the drives' own damping, (n_j,), N m.

@@ -9,25 +9,20 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.robot.urdf_files import read_urdf
 from rollgait.robot.whole_body import WholeBody
-from rollgait.simulation.controller import SMOOTHING, Controller, Gains, gains_for, interpolated, reference_at
+from rollgait.simulation.controller import SMOOTHING, Controller, Gains, interpolated, reference_at
 from rollgait.simulation.disturbances import Disturbances
+from rollgait.simulation.drives import gains_of
 from rollgait.simulation.feedback import PERIOD, BaseFeedback
 from rollgait.simulation.log import SimulationLog
-from rollgait.simulation.world import TIME_STEP, World, build_world, leg_joints
+from rollgait.simulation.measure import contact_forces, has_fallen, slip
+from rollgait.simulation.world import TIME_STEP, World, build_world
 from rollgait.tracking.joints import JointTrajectory
 
 Array = NDArray[np.float64]
 
 LOG_PERIOD: Final = 0.005
 """Time between two samples of the log, s."""
-
-FALLEN_TILT: Final = np.radians(45.0)
-"""Tilt of the base at which the robot counts as fallen, rad."""
-
-FALLEN_HEIGHT: Final = 0.5
-"""Share of its planned height above the ground below which the base counts as fallen."""
 
 LEAD: Final = 0.5 * SMOOTHING
 """How long before t = 0 the simulation begins, s: the smoothed motion begins there, from rest."""
@@ -47,23 +42,9 @@ def run(
 ) -> SimulationLog:
     """Simulates a joint trajectory; see `rollgait.simulate`."""
     ground = _ground_height(joints)
-    drives = gains or _gains(joints, body, wheels)
+    drives = gains or gains_of(joints.robot, body, joints.joint_names, wheels)
     world = build_world(body, joints.joint_names, disturbances, damping=drives.damping, ground_height=ground)
     return _Run(world, joints, disturbances, drives, feedback, ground).log()
-
-
-def _gains(joints: JointTrajectory, body: WholeBody, wheels: str) -> Gains:
-    names = joints.joint_names
-    light = {name for _, leg in body.leg_list() for name in (leg.wheel_joint, leg.steering_joint)}
-    carrying = np.concatenate(leg_joints(body, read_urdf(body.urdf), names))
-    turning = {leg.wheel_joint for _, leg in body.leg_list()}
-    return gains_for(
-        joints.robot,
-        len(names),
-        [place for place in carrying if names[place] not in light],
-        [place for place, name in enumerate(names) if name in turning],
-        wheels,
-    )
 
 
 def _ground_height(joints: JointTrajectory) -> float:
@@ -112,6 +93,7 @@ class _Run:
         every, correction = round(LOG_PERIOD / TIME_STEP), round(PERIOD / TIME_STEP)
         force, samples = np.zeros((4, 3)), 0
         peak = np.zeros(len(world.joint_names))
+        height = float(self._joints.base_position[0, 2]) - self._ground
         fallen_at = None
         for step, time in enumerate(self._times):
             if self._feedback is not None and time >= 0.0 and step % correction == 0:
@@ -123,14 +105,14 @@ class _Run:
             noted = number >= 0 and number % every == 0
             row = self._state(float(time)) if noted else {}
             mujoco.mj_step2(model, data)  # forces are known only here, where positions have moved on
-            force += self._contact_forces()
+            force += contact_forces(world, data)
             np.maximum(peak, np.abs(data.actuator_force), out=peak)
             samples += 1
             if noted:
                 row |= {"force": force / samples, "torque_peak": peak}
                 self._rows.append(row | {"joint_torque": data.actuator_force.copy()})
                 force, samples, peak = np.zeros((4, 3)), 0, np.zeros_like(peak)
-                if self._has_fallen():
+                if has_fallen(world, data, self._ground, height):
                     fallen_at = float(time)
                     break
         return self._as_log(fallen_at, clock.perf_counter() - begin)
@@ -147,37 +129,6 @@ class _Run:
             acting = [p.vector for p in pushes if p.start <= time < p.start + p.duration]
             self._data.xfrc_applied[self._world.base, :3] = np.sum(acting, axis=0) if acting else 0.0
 
-    def _contact_forces(self) -> Array:
-        """Force of the ground on each foot, (4, 3), N."""
-        model, data = self._world.model, self._data
-        result, wrench = np.zeros((4, 3)), np.zeros(6)
-        for number in range(data.ncon):
-            contact = data.contact[number]
-            foot = self._world.feet.index(max(contact.geom1, contact.geom2))
-            mujoco.mj_contactForce(model, data, number, wrench)
-            sign = 1.0 if contact.geom2 == self._world.feet[foot] else -1.0  # acts on geom2
-            result[foot] += sign * (contact.frame.reshape(3, 3).T @ wrench[:3])
-        return result
-
-    def _slip(self) -> Array:
-        """Speed of the material contact points over the ground, (4,), m/s; NaN in the air."""
-        model, data = self._world.model, self._data
-        result, twist = np.full(4, np.nan), np.zeros(6)
-        for number in range(data.ncon):
-            contact = data.contact[number]
-            geom = max(contact.geom1, contact.geom2)
-            mujoco.mj_objectVelocity(model, data, mujoco.mjtObj.mjOBJ_GEOM, geom, twist, 0)
-            lever = contact.pos - data.geom_xpos[geom]
-            speed = (twist[3:] + np.cross(twist[:3], lever))[:2]
-            result[self._world.feet.index(geom)] = np.linalg.norm(speed)
-        return result
-
-    def _has_fallen(self) -> bool:
-        up = self._data.xmat[self._world.base][8]
-        height = self._data.qpos[2] - self._ground
-        planned = self._joints.base_position[0, 2] - self._ground
-        return bool(not np.cos(FALLEN_TILT) <= up or not height >= FALLEN_HEIGHT * planned)
-
     def _state(self, time: float) -> dict[str, Array]:
         """What the log says of the state at the beginning of a step."""
         world, data = self._world, self._data
@@ -190,7 +141,7 @@ class _Run:
             "joint_position": data.qpos[world.position],
             "joint_velocity": data.qvel[world.velocity],
             "com_position": data.subtree_com[world.base].copy(),
-            "slip": self._slip(),
+            "slip": slip(world, data),
         }
 
     def _as_log(self, fallen_at: float | None, wall_time: float) -> SimulationLog:

@@ -1,0 +1,160 @@
+"""What is read from the physics: contact forces, slip, falls, and the planner's state of the robot."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.mpc.state import RobotState
+from rollgait.robot.robot import LEG_NAMES
+from rollgait.simulation.world import World
+
+Array = NDArray[np.float64]
+
+FALLEN_TILT: Final = np.radians(45.0)
+"""Tilt of the base at which the robot counts as fallen, rad."""
+
+FALLEN_HEIGHT: Final = 0.5
+"""Share of its planned height above the ground below which the base counts as fallen."""
+
+_AXES: Final = np.arange(3)
+_UP: Final = np.array([0.0, 0.0, 1.0])
+
+
+def contact_forces(world: World, data: Any) -> Array:
+    """Force of the ground on each foot, (4, 3), N, in the step that has just been solved."""
+    result = np.zeros((len(LEG_NAMES), 3))
+    if data.ncon == 0:
+        return result
+    contact = data.contact
+    address = contact.efc_address
+    active = address >= 0
+    if not active.all():
+        address = address[active]
+    # with elliptic cones the solver's forces are those along the axes of the contact's frame
+    local = data.efc_force[address[:, None] + _AXES]
+    pairs, frames = contact.geom[active], contact.frame[active].reshape(-1, 3, 3)
+    force = np.einsum("ci,cij->cj", local, frames)
+    for pair, value in zip(pairs.tolist(), force, strict=True):
+        foot = world.feet.index(max(pair))
+        result[foot] += value if pair[1] == world.feet[foot] else -value  # acts on the second geom
+    return result
+
+
+def slip(world: World, data: Any) -> Array:
+    """Speed of the material contact points over the ground, (4,), m/s; NaN in the air."""
+    result, twist = np.full(len(LEG_NAMES), np.nan), np.zeros(6)
+    for number in range(data.ncon):
+        contact = data.contact[number]
+        geom = max(contact.geom1, contact.geom2)
+        mujoco.mj_objectVelocity(world.model, data, mujoco.mjtObj.mjOBJ_GEOM, geom, twist, 0)
+        lever = contact.pos - data.geom_xpos[geom]
+        speed = (twist[3:] + np.cross(twist[:3], lever))[:2]
+        result[world.feet.index(geom)] = np.linalg.norm(speed)
+    return result
+
+
+def has_fallen(world: World, data: Any, ground: float, height: float) -> bool:
+    """Whether the robot has fallen, or the simulation has become unstable.
+
+    Args:
+        world: where the base is.
+        data: MuJoCo's data.
+        ground: z of the ground, m.
+        height: of the base above the ground as it should be, m.
+    """
+    up = data.xmat[world.base][8]
+    above = data.qpos[2] - ground
+    return bool(not np.cos(FALLEN_TILT) <= up or not above >= FALLEN_HEIGHT * height)
+
+
+class StateReader:
+    """Reads the planner's state of the robot. Angles go on from the last reading and do not jump.
+
+    Args:
+        world: where things are.
+        axle_left: unit vectors along the axles, to the left, in the frames of the feet's geoms, (4, 3); zero
+            for a point foot.
+        state: near the first reading.
+
+    Attributes:
+        last: the last reading.
+    """
+
+    def __init__(self, world: World, axle_left: Array, state: RobotState) -> None:
+        self._world, self._axle_left = world, axle_left
+        self._feet = list(world.feet)
+        self._bodies = world.model.geom_bodyid[self._feet]
+        self._wheels = np.any(axle_left != 0.0, axis=1)
+        self.last = state
+
+    def read(self, data: Any, time: float) -> RobotState:
+        """The state at the data's positions and velocities; brings what follows from them up to date."""
+        world, model = self._world, self._world.model
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+        mujoco.mj_subtreeVel(model, data)
+        R_world_base = data.xmat[world.base].reshape(3, 3)
+        euler = euler_angles(R_world_base)
+        euler[0] = _near(euler[0], self.last.euler[0])
+        axle = (data.geom_xmat[self._feet].reshape(-1, 3, 3) @ self._axle_left[..., None])[..., 0]
+        lying = axle * axle[:, 2:] - _UP
+        down = lying / np.sqrt(np.maximum(1.0 - axle[:, 2:] ** 2, 1e-6))
+        heading = np.where(self._wheels, np.arctan2(-axle[:, 0], axle[:, 1]), self.last.heading)
+        turning = np.sum(axle * data.cvel[self._bodies, :3], axis=1)
+        self.last = RobotState(
+            time=time,
+            com_position=data.subtree_com[world.base].copy(),
+            euler=euler,
+            com_velocity=data.subtree_linvel[world.base].copy(),
+            euler_rate=euler_rates(euler, R_world_base @ data.qvel[3:6]),
+            foot_position=data.geom_xpos[self._feet] + world.radius[:, None] * down,
+            heading=_near(heading, self.last.heading),
+            speed=world.radius * turning,
+        )
+        return self.last
+
+
+def axles_to_the_left(world: World, data: Any, state: RobotState, wheels: NDArray[np.bool_]) -> Array:
+    """The axles as `StateReader` wants them, told from a pose in which the headings are known.
+
+    Args:
+        world: where things are.
+        data: MuJoCo's data at this pose.
+        state: the headings there.
+        wheels: which legs have a wheel, (4,).
+    """
+    axle = data.geom_xmat[list(world.feet)].reshape(-1, 3, 3)[:, :, 2]
+    left = np.stack([-np.sin(state.heading), np.cos(state.heading)], axis=1)
+    sign = np.where(np.sum(axle[:, :2] * left, axis=1) < 0.0, -1.0, 1.0)
+    return np.asarray((sign * wheels)[:, None] * _UP)
+
+
+def euler_angles(R_world_base: Array) -> Array:
+    """θ = (yaw, pitch, roll), rad, of R = Rz(yaw) Ry(pitch) Rx(roll)."""
+    R = R_world_base
+    return np.array(
+        [
+            np.arctan2(R[1, 0], R[0, 0]),
+            np.arcsin(np.clip(-R[2, 0], -1.0, 1.0)),
+            np.arctan2(R[2, 1], R[2, 2]),
+        ]
+    )
+
+
+def euler_rates(euler: Array, omega_world: Array) -> Array:
+    """θ̇, (3,), rad/s, of an angular velocity in world axes; none is defined at a pitch of 90°."""
+    yaw, pitch, _ = euler
+    c, s = np.cos(yaw), np.sin(yaw)
+    roll_rate = (c * omega_world[0] + s * omega_world[1]) / max(np.cos(pitch), 1e-6)
+    pitch_rate = c * omega_world[1] - s * omega_world[0]
+    return np.array([omega_world[2] + np.sin(pitch) * roll_rate, pitch_rate, roll_rate])
+
+
+def _near(angle: Any, reference: Any) -> Any:
+    """The same angles, by whole turns as near to the reference as they can be, rad."""
+    return angle - 2.0 * np.pi * np.round((angle - reference) / (2.0 * np.pi))

@@ -1,0 +1,246 @@
+"""The whole robot in MuJoCo as a plant: a controller drives it control by control."""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.errors import InputError
+from rollgait.mpc.stance import standing_control
+from rollgait.mpc.state import Control, RobotState
+from rollgait.robot.robot import LEG_NAMES, Robot
+from rollgait.robot.urdf_model import BASE_V
+from rollgait.robot.whole_body import WholeBody
+from rollgait.simulation.controller import Controller, Gains, MovingAverage, Reference
+from rollgait.simulation.disturbances import Disturbances
+from rollgait.simulation.drives import gains_of
+from rollgait.simulation.measure import StateReader, axles_to_the_left, contact_forces, has_fallen
+from rollgait.simulation.world import TIME_STEP, build_world
+from rollgait.tracking.follower import Follower, JointTarget
+
+Array = NDArray[np.float64]
+
+SMOOTHING: Final = 0.03
+"""Width of the moving average that the joints' targets go through, s. Without it, wheels reach their limits
+of torque where speeds jump; it delays the robot by half its width, so it is narrower than that of a plan."""
+
+SETTLING: Final = 0.5
+"""How long the robot stands before its time begins, s: feet sink in, and joints give way under load."""
+
+_SETTLING_PERIOD: Final = 0.01
+
+
+class Pose(NamedTuple):
+    """Where the whole body is.
+
+    Attributes:
+        base_position: origin of the base link, (3,), m.
+        base_quaternion: base link to world, (x, y, z, w), (4,).
+        joint_position: (n_j,), rad.
+    """
+
+    base_position: Array
+    base_quaternion: Array
+    joint_position: Array
+
+
+class MujocoPlant:
+    """Joint targets by inverse kinematics, joint PD with feed-forward, and 1 ms steps of physics.
+
+    Args:
+        body: the whole body.
+        robot: the planner's robot of it: its weight and height set the gains.
+        start: where it stands first, on all feet and at rest; the velocities are not used.
+        disturbances: what is not as the controller takes it; pushes count time from the start.
+        gains: of the drives; those that suit the robot if not given.
+        smoothing: width of the moving average that the joints' targets go through, s; 0 for none.
+
+    Attributes:
+        name: `mujoco`.
+        joint_names: of the n_j joints.
+        follower: the inverse kinematics; it says whether it failed.
+        contact_force: of the ground on each foot, mean over the last control, (4, 3), N.
+        torque: of the drives in the last millisecond, (n_j,), N m.
+        torque_share: largest |torque| over its limit in the last control, any joint.
+
+    Raises:
+        InputError: the robot cannot stand so, or a number is not one.
+        FileError: MuJoCo does not understand the URDF.
+    """
+
+    name = "mujoco"
+
+    def __init__(
+        self,
+        body: WholeBody,
+        robot: Robot,
+        start: RobotState,
+        *,
+        disturbances: Disturbances | None = None,
+        gains: Gains | None = None,
+        smoothing: float = SMOOTHING,
+    ) -> None:
+        if not start.is_finite():
+            raise InputError("start", "nan", "must be a state of finite numbers")
+        given = disturbances or Disturbances()
+        self.follower = Follower(body)
+        self.follower.reset(start)
+        self.joint_names = self.follower.joint_names
+        drives = gains or gains_of(robot, body, self.joint_names)
+        self._ground = float(np.mean(start.foot_position[:, 2]))
+        self._world = build_world(
+            body, self.joint_names, given, damping=drives.damping, ground_height=self._ground
+        )
+        self._data: Any = mujoco.MjData(self._world.model)
+        self._start_time = start.time
+        self._place(start)
+        posture = self.follower.state.q[BASE_V + 1 :]
+        rest = JointTarget(posture, np.zeros_like(posture), np.zeros_like(posture))
+        self._target = rest
+        self._average = MovingAverage(max(1, round(smoothing / TIME_STEP)), 2 * len(posture))
+        self._average.fill(np.concatenate([posture, self._standing_torque(robot, start)]))
+        self._controller = Controller(
+            drives,
+            Reference(*(row[None] for row in (rest.position, rest.velocity, rest.torque))),
+            round(given.latency / TIME_STEP),
+        )
+        self._placed = posture.copy()
+        self._pushes = [
+            (round(push.start / TIME_STEP), round((push.start + push.duration) / TIME_STEP), push.vector)
+            for push in given.pushes
+        ]
+        self._fallen = False
+        self._limits = self._world.effort_max
+        self.contact_force: Array = np.zeros((len(LEG_NAMES), 3))
+        self.torque: Array = np.zeros(len(self.joint_names))
+        self.torque_share = 0.0
+        self._settle(robot, start)
+
+    def _place(self, start: RobotState) -> None:
+        """The robot as the follower stands, at rest."""
+        world, data, state = self._world, self._data, self.follower.state
+        data.qpos[:3] = state.q[:3]
+        data.qpos[2] += world.lift
+        data.qpos[3:7] = np.roll(state.q[3:7], 1)
+        data.qpos[world.position] = state.q[BASE_V + 1 :]
+        mujoco.mj_forward(world.model, data)
+        wheels = np.array([leg.wheel is not None for leg in self.follower.model.legs])
+        self._reader = StateReader(world, axles_to_the_left(world, data, start, wheels), start)
+        self._base_height = float(data.qpos[2]) - self._ground
+        self._state = self._reader.read(data, start.time)
+
+    def _standing_torque(self, robot: Robot, start: RobotState) -> Array:
+        return self.follower.follow(standing_control(robot, start, _SETTLING_PERIOD)).torque
+
+    def _settle(self, robot: Robot, start: RobotState) -> None:
+        """Lets it stand until time begins."""
+        count = round(SETTLING / _SETTLING_PERIOD)
+        self._steps = -round(SETTLING / TIME_STEP)
+        for k in range(count):
+            before = start.at(start.time - (count - k) * _SETTLING_PERIOD)
+            self.step(standing_control(robot, before, _SETTLING_PERIOD))
+
+    # -- the plant --
+
+    @property
+    def state(self) -> RobotState:
+        """The true state now, by the radius of the wheels as it is known. The last one of finite numbers."""
+        return self._state
+
+    @property
+    def fallen(self) -> bool:
+        """Whether the base has tilted by 45° or sunk to half its height, or the physics become unstable."""
+        return self._fallen
+
+    @property
+    def time(self) -> float:
+        """s; begins with that of the start."""
+        return self._start_time + self._steps * TIME_STEP
+
+    @property
+    def pose(self) -> Pose:
+        """Where the whole body is now."""
+        data = self._data
+        return Pose(data.qpos[:3].copy(), np.roll(data.qpos[3:7], -1), data.qpos[self._world.position])
+
+    @property
+    def delay(self) -> float:
+        """By how much the smoothing lets the joints lag behind the controls, s."""
+        return 0.5 * (self._average.width - 1) * TIME_STEP
+
+    def step(self, control: Control) -> None:
+        """Lets one control pass. One that cannot be followed leaves the joints where they were told to be."""
+        count = round(control.period / TIME_STEP) if np.isfinite(control.period) else 0
+        if count < 1:
+            raise InputError("control.period", control.period, f"must be at least {TIME_STEP} s")
+        target = self.follower.follow(control)
+        self._controller.load(self._reference(target, count))
+        self._target = target
+        force, peak = np.zeros_like(self.contact_force), np.zeros_like(self.torque)
+        self._advance(count, force, peak)
+        self.contact_force = force / count
+        self.torque = self._data.actuator_force.copy()
+        self.torque_share = float(np.max(peak / self._limits))
+        self._note()
+
+    def push(self, force: Array, duration: float) -> None:
+        """From now on a force on the base, (3,), N, world, for a time, s. Pushes add up.
+
+        Raises:
+            InputError: a number is not finite, or the duration not positive.
+        """
+        vector = np.asarray(force, dtype=float)
+        if vector.shape != (3,) or not np.isfinite(vector).all():
+            raise InputError("force", force, "must be three finite numbers, N")
+        if not (np.isfinite(duration) and duration > 0.0):
+            raise InputError("duration", duration, "must be a positive number of seconds")
+        self._pushes.append((self._steps, self._steps + max(1, round(duration / TIME_STEP)), tuple(vector)))
+
+    # -- inside --
+
+    def _reference(self, target: JointTarget, count: int) -> Reference:
+        """What the joints shall do in each of the next steps, (count, n_j)."""
+        share = np.arange(1, count + 1)[:, None] / count
+        position = self._target.position + share * (target.position - self._target.position)
+        torque = np.broadcast_to(target.torque, position.shape)
+        smooth = self._average.update(np.concatenate([position, torque], axis=1))
+        position, torque = smooth[:, : len(target.position)], smooth[:, len(target.position) :]
+        velocity = np.diff(position, axis=0, prepend=self._placed[None]) / TIME_STEP
+        self._placed = position[-1]
+        return Reference(position, velocity, torque)
+
+    def _advance(self, count: int, force: Array, peak: Array) -> None:
+        world, data, model = self._world, self._data, self._world.model
+        control, places, ctrl = self._controller.control, world.position, data.ctrl
+        drive = data.actuator_force
+        magnitude = np.empty_like(peak)
+        for step in range(count):
+            if self._pushes:
+                self._apply_pushes()
+            ctrl[:] = control(step, data.qpos[places])
+            mujoco.mj_step(model, data)
+            force += contact_forces(world, data)
+            np.maximum(peak, np.abs(drive, out=magnitude), out=peak)
+            self._steps += 1
+
+    def _apply_pushes(self) -> None:
+        now = self._steps
+        acting = [vector for begin, end, vector in self._pushes if begin <= now < end]
+        self._data.xfrc_applied[self._world.base, :3] = np.sum(acting, axis=0) if acting else 0.0
+        self._pushes = [push for push in self._pushes if now < push[1]]
+
+    def _note(self) -> None:
+        """Reads the state, unless the physics have become unstable."""
+        data = self._data
+        if has_fallen(self._world, data, self._ground, self._base_height):
+            self._fallen = True
+        before = self._reader.last
+        state = self._reader.read(data, self.time)
+        if state.is_finite():
+            self._state = state
+        else:
+            self._fallen = True
+            self._reader.last = before
