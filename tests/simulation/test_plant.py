@@ -19,11 +19,13 @@ from rollgait.mpc.stance import standing_control, standing_state
 from rollgait.mpc.state import Control, Plant, RobotState
 from rollgait.plan.certificate.physics import angular_velocity_world
 from rollgait.robot.robot import GRAVITY
+from rollgait.robot.urdf_model import WholeBodyModel
 from rollgait.robot.whole_body import library_whole_body
 from rollgait.simulation import Disturbances, Push
 from rollgait.simulation.controller import MovingAverage
 from rollgait.simulation.measure import euler_angles, euler_rates
 from rollgait.simulation.plant import MujocoPlant
+from tests.tracking.builders import controls
 
 PERIOD = 0.01
 ROBOT = rg.find_robot("centauro")
@@ -257,3 +259,22 @@ def test_a_moving_average_of_a_stream_in_parts_is_that_of_the_whole(width, parts
     padded = np.concatenate([np.repeat(rows[:1], width, axis=0), rows])
     means = [padded[k + 1 : k + 1 + width].mean(axis=0) for k in range(len(rows))]
     assert np.allclose(found, means)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("motion", ["wheeled", "hybrid-forward", "legged-forward", "hybrid-goback"])
+def test_the_four_motions_open_loop(motion: str) -> None:
+    """Controls from a plan, with nothing fed back, lead to its end."""
+    plan = rg.plan(motion)
+    model = WholeBodyModel(BODY)
+    given = controls(plan, model, PERIOD)
+    plant = MujocoPlant(BODY, plan.robot, given[0].begin)
+    for control in given:
+        plant.step(control)
+        assert not plant.follower.failed
+    end = given[-1].end
+    stand(plant, 0.5, end)
+    assert not plant.fallen
+    assert np.linalg.norm(plant.state.com_position - end.com_position) < 0.03
+    assert np.linalg.norm(plant.state.euler - end.euler) < np.radians(2.0)
+    assert np.linalg.norm(plant.state.foot_position - end.foot_position, axis=1).max() < 0.03

@@ -15,6 +15,7 @@ from rollgait.robot.robot import GRAVITY
 from rollgait.robot.urdf_model import BASE_V
 from rollgait.robot.whole_body import library_whole_body
 from rollgait.tracking.follower import Follower
+from tests.tracking.builders import controls
 
 PERIOD = 0.01
 ROBOT = rg.find_robot("centauro")
@@ -34,33 +35,11 @@ def follower(shared: Follower) -> Follower:
 
 
 @pytest.fixture(scope="module")
-def drive() -> list[Control]:
+def drive(shared: Follower) -> list[Control]:
     """A short drive to the front and the side, with a turn, as controls."""
     goal = {"x": 0.4, "y": 0.2, "yaw_deg": 20.0}
-    return controls(rg.plan(rg.Scenario(robot="centauro", goal=goal, horizon=4.0, gait=DRIVE)))
-
-
-def controls(plan: rg.Plan) -> list[Control]:
-    at = plan.sample_every(1.0 / PERIOD)
-    between = plan.sample(0.5 * (at.time[1:] + at.time[:-1]))
-    states = [
-        RobotState(
-            float(at.time[k]),
-            at.com_position[k],
-            at.euler[k],
-            at.com_velocity[k],
-            at.euler_rate[k],
-            at.foot_position[k],
-            at.heading[k],
-            at.speed[k],
-        )
-        for k in range(len(at.time))
-    ]
-    motion = np.stack([between.speed, between.heading_rate], axis=-1)
-    return [
-        Control(states[k], states[k + 1], between.force[k], motion[k], between.contact[k])
-        for k in range(len(states) - 1)
-    ]
+    plan = rg.plan(rg.Scenario(robot="centauro", goal=goal, horizon=4.0, gait=DRIVE))
+    return controls(plan, shared.model, PERIOD)
 
 
 def turned(state: RobotState, yaw: float, shift: np.ndarray) -> RobotState:

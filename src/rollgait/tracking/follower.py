@@ -6,7 +6,9 @@ from collections import deque
 from dataclasses import dataclass
 from typing import Final
 
+import daqp  # noqa: F401  (loaded now, not in the first control that meets a bound)
 import numpy as np
+import piqp  # noqa: F401
 from numpy.typing import NDArray
 
 from rollgait.mpc.state import Control, RobotState
