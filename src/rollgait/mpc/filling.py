@@ -43,7 +43,7 @@ class Filling:
         self._steering_rate = np.array([min(bounds.steering_rate_max, leg.steering_rate_max) for leg in legs])
         self._force_max = np.array([leg.force_max for leg in legs])
         self.speed_limit: Array = np.maximum(self._speed, bounds.swing_speed_max)
-        self.set_robot(problem.robot)
+        self.robot = problem.robot
         self.set_weights(settings.weights)
         self._put_limits("second_motion", -self._steering_rate[:, None], self._steering_rate[:, None])
         for stage in self._stages:
@@ -98,8 +98,8 @@ class Filling:
         share[:, 0] *= clock.contact(time)
         stands = share > 0.0
         points = (edges[:-1, None] + h * np.array(POINTS)).ravel()
-        height, _ = clock.lift(edges)
-        _, rate = clock.lift(points)
+        height, rate = clock.lift(np.concatenate([edges, points]))
+        height, rate = height[: count + 1], rate[count + 1 :]
         locked = clock.gait.wheels == "locked"
         stage, bounds = self._problem.interval, self._settings.bounds
         stage.numbers("stands")[:] = stands
@@ -107,7 +107,9 @@ class Filling:
         stage.numbers("moves")[:] = np.repeat(moves, 2, axis=0)
         stage.numbers("foot_z")[:] = self.ground[:, None] + height[:-1].T
         self._problem.end.numbers("foot_z")[:] = (self.ground + height[-1])[:, None]
-        stage.numbers("lift_rate")[:] = np.moveaxis(rate.reshape(count, len(POINTS), 4), 0, -1).swapaxes(0, 1).reshape(8, count)
+        stage.numbers("lift_rate")[:] = (
+            np.moveaxis(rate.reshape(count, len(POINTS), 4), 0, -1).swapaxes(0, 1).reshape(8, count)
+        )
         weight = self.robot.weight
         low = np.where(stands, share * bounds.force_min / weight, -OPEN)
         high = np.where(stands, np.maximum(share * self._force_max[:, None] / weight, FORCE_ROOM), OPEN)
@@ -125,7 +127,9 @@ class Filling:
         A = np.vstack([np.ones(4), p.T])
         gram = np.einsum("il,lk,jl->kij", A, share, A)
         gram[:, (1, 2), (1, 2)] += SMALL_MOMENT
-        multipliers = np.linalg.solve(gram, np.broadcast_to(np.array([1.0, 0.0, 0.0])[:, None], (share.shape[1], 3, 1)))
+        multipliers = np.linalg.solve(
+            gram, np.broadcast_to(np.array([1.0, 0.0, 0.0])[:, None], (share.shape[1], 3, 1))
+        )
         return np.maximum(share * (A.T @ multipliers[:, :, 0].T), 0.0)
 
     def put_reference(self, reference: Reference) -> None:

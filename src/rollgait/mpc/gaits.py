@@ -43,7 +43,15 @@ GAITS: Final = {
         CyclicGait("stand", brakes=True),
         CyclicGait("drive"),
         CyclicGait("crawl", period=4.0, swing=0.8, phase=_ONE_BY_ONE),
-        CyclicGait("walk", period=4.0, swing=0.8, phase=_ONE_BY_ONE, wheels="locked", speed_max=0.05, turn_rate_max=0.05),
+        CyclicGait(
+            "walk",
+            period=4.0,
+            swing=0.8,
+            phase=_ONE_BY_ONE,
+            wheels="locked",
+            speed_max=0.05,
+            turn_rate_max=0.05,
+        ),
         CyclicGait("trot", period=1.0, swing=0.3, phase=(0.0, 0.5, 0.5, 0.0), clearance=0.05),
     )
 }

@@ -216,14 +216,18 @@ def _fill_interval(stage: LiveStage, robot: Robot, layout: Layouts, workspace: b
     stage.add_cost("speed", weight("speed") * h, motion[0::2] - stage.symbol("speed_ref", FEET))
     stage.add_cost("yaw", weight("yaw") * h, motion[1::2])
     stage.add_cost("share", weight("share") * h, force - stage.symbol("force_ref", 3 * FEET))
-    idle = ca.vertcat(*((1 - stands[i]) * force[3 * i : 3 * i + 3] for i in range(FEET)), (1 - moves) * motion)
+    idle = ca.vertcat(
+        *((1 - stands[i]) * force[3 * i : 3 * i + 3] for i in range(FEET)), (1 - moves) * motion
+    )
     stage.add_cost("idle", weight("idle") * h, idle)
 
     mu = stage.symbol("mu", 1)
     friction, data = Friction(), SimpleNamespace(mu=mu)
     raw = Inputs([force[3 * i : 3 * i + 3] for i in range(FEET)], motions, [ca.SX.zeros(2)] * FEET)
     cones = _instant(robot, symbols, middle, raw)
-    stage.add_rows("friction", ca.vertcat(*(friction.expression(cones, f, data) for f in cones.feet)), unit="mg")
+    stage.add_rows(
+        "friction", ca.vertcat(*(friction.expression(cones, f, data) for f in cones.feet)), unit="mg"
+    )
     stage.add_rows("force", force[2::3], unit="mg")
     stage.add_rows("first_motion", motion[0::2], unit="m/s")
     stage.add_rows("second_motion", motion[1::2], unit="rad/s")

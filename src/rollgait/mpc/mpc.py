@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 import logging
+import math
 import time as wall
 from collections import deque
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.dynamics.step import Figures, FootInput, FootState, State, angular_momentum, euler_rate, step
+from rollgait.dynamics.step import (
+    POINTS,
+    Figures,
+    FootInput,
+    FootState,
+    State,
+    angular_momentum,
+    euler_rate,
+    step,
+)
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.command import PoseCommand, VelocityCommand, check_command
 from rollgait.mpc.filling import Filling
@@ -21,7 +31,6 @@ from rollgait.mpc.reference import Reference, ReferenceMaker
 from rollgait.mpc.settings import MpcSettings
 from rollgait.mpc.standing import Standing
 from rollgait.mpc.state import Control, RobotState
-from rollgait.polynomials import HEIGHT_POINTS, gauss_points
 from rollgait.robot.robot import Robot
 from rollgait.solvers.fatrop import OPTIONS
 from rollgait.solvers.fatrop_direct import DirectFatrop
@@ -140,6 +149,7 @@ class Mpc:
         options = OPTIONS | {"max_iter": self.settings.iterations, "mu_init": BARRIER}
         self._solver = DirectFatrop(self._problem.nlp, self._problem.structure, options, {})
         self._fill = Filling(self._problem, self.settings)
+        self._take_robot(self.robot)
         self._iterate = Iterate(self._problem)
         rates = [leg.steering_rate_max for leg in self.robot.leg_list]
         steering_rate = min(self.settings.bounds.steering_rate_max, *rates)
@@ -159,9 +169,11 @@ class Mpc:
 
     def set_mass(self, mass: float) -> None:
         """The robot's mass, kg; its inertia grows with it."""
-        inertia = {name: value * mass / self.robot.mass for name, value in self.robot.inertia.model_dump().items()}
+        inertia = {
+            name: value * mass / self.robot.mass for name, value in self.robot.inertia.model_dump().items()
+        }
         data = self.robot.model_dump(mode="json") | {"mass": mass, "inertia": inertia}
-        self._fill.set_robot(type(self.robot).model_validate(data))
+        self._take_robot(type(self.robot).model_validate(data))
 
     def set_weights(self, **weights: float) -> None:
         """Weights of costs by name, as in `MpcWeights`."""
@@ -239,7 +251,9 @@ class Mpc:
         from rollgait.errors import InputError
 
         last = self._last
-        fault = "" if state is not None and state.is_finite() else "no state" if state is None else "not-a-number"
+        fault = (
+            "" if state is not None and state.is_finite() else "no state" if state is None else "not-a-number"
+        )
         if last is None:
             if fault or state is None:
                 raise InputError("state", fault, "must be the measured state of the robot at the first step")
@@ -248,7 +262,9 @@ class Mpc:
             expected = last.end
             if self._missing_since is None:
                 self._missing_since = last.begin.time
-                what = "no state has come" if state is None else "the state holds a value that is not a number"
+                what = (
+                    "no state has come" if state is None else "the state holds a value that is not a number"
+                )
                 self._note(expected.time, f"{what}: going on with the expected one")
             if expected.time - self._missing_since > MISSING_MAX:
                 self.stop(f"no usable state for {MISSING_MAX:g} s")
@@ -256,7 +272,9 @@ class Mpc:
         self._missing_since = None
         elapsed = state.time - last.begin.time
         if elapsed <= 0.0:
-            self._note(state.time, "the state is as old as the last one or older: going on with the expected one")
+            self._note(
+                state.time, "the state is as old as the last one or older: going on with the expected one"
+            )
             return last.end, last.period
         if elapsed > STALL * self.settings.period:
             self._note(state.time, f"the last step was {1e3 * elapsed:.0f} ms ago")
@@ -302,7 +320,9 @@ class Mpc:
             ]
         )
 
-    def _fill_in(self, state: RobotState, command: VelocityCommand | PoseCommand, elapsed: float) -> Reference:
+    def _fill_in(
+        self, state: RobotState, command: VelocityCommand | PoseCommand, elapsed: float
+    ) -> Reference:
         it, fill = self._iterate, self._fill
         it.states[0] = self._node(state)
         limit = fill.speed_limit
@@ -331,10 +351,15 @@ class Mpc:
             self._failures += 1
             time = self._last.end.time if self._last is not None else 0.0
             if self._failures == 1:
-                self._note(time, f"a solve failed ({solution.status}, violation {violation:.2g}): the last plan goes on")
+                self._note(
+                    time,
+                    f"a solve failed ({solution.status}, violation {violation:.2g}): the last plan goes on",
+                )
             if self._failures >= FAILURES_MAX:
                 self.stop(f"{FAILURES_MAX} solves in a row have failed")
-        return self._status(solution.iterations, solution.solved and violation < FEASIBLE, violation, solution.cost)
+        return self._status(
+            solution.iterations, solution.solved and violation < FEASIBLE, violation, solution.cost
+        )
 
     def _status(self, iterations: int, converged: bool, violation: float, cost: float) -> Status:
         return Status("tracking", iterations, converged, violation, cost, 0.0, False)
@@ -353,10 +378,9 @@ class Mpc:
         it.previous[:12] = force.ravel() / robot.weight
         it.previous[12:] = motion[:, 0]
         end = self._end_of_period(state, force, motion, period)
-        begin = state
         if self._stands:
             end = self._standing.settle(end, period)
-        return Control(begin, end, force, motion, contact)
+        return Control(state, end, force, motion, contact)
 
     def _inputs(self, contact: NDArray[np.bool_], previous: Control | None) -> tuple[Array, Array]:
         """Forces and motions of the plan now. Speeds change no faster than the bounds allow."""
@@ -367,27 +391,27 @@ class Mpc:
         locked = contact & (self.clock.gait.wheels == "locked")
         motion[locked] = 0.0
         before = np.zeros(4) if previous is None else previous.motion[:, 0]
-        limit = self.settings.period * np.where(contact, bounds.acceleration_max, bounds.swing_acceleration_max)
+        limit = self.settings.period * np.where(
+            contact, bounds.acceleration_max, bounds.swing_acceleration_max
+        )
         change = np.clip(motion[:, 0] - before, -limit, limit)
         motion[:, 0] = np.where(locked, 0.0, before + change)
         return force, motion
 
     def _end_of_period(self, state: RobotState, force: Array, motion: Array, period: float) -> RobotState:
+        """The model one period later: the planner's own step, with Python's numbers, which are the quickest."""
+        ground, t = self._fill.ground, state.time
+        points = [t, t + period, *(t + period * point for point in POINTS)]
+        height, rate = self.clock.lift(np.array(points))
         robot = self._fill.robot
-        ground = self._fill.ground
-        t = state.time
-        times = np.concatenate([[t, t + period], t + period * gauss_points(HEIGHT_POINTS)])
-        height, rate = self.clock.lift(times)
-        figures = self._figures(robot)
-        L = angular_momentum(np, state.euler, state.euler_rate, robot.inertia_matrix)
-        z = ground + height[0]
-        feet = tuple(
-            FootState([state.foot_position[i, 0], state.foot_position[i, 1], z[i]], state.heading[i])
-            for i in range(4)
-        )
-        x = State(state.com_position, state.euler, state.com_velocity, L, feet)
-        inputs = [FootInput(force[i], motion[i], rate[2:, i]) for i in range(4)]
-        end, _ = step(np, x, inputs, period, figures)
+        theta, p = state.euler.tolist(), state.foot_position.tolist()
+        z, heading = (ground + height[0]).tolist(), state.heading.tolist()
+        L = angular_momentum(math, theta, state.euler_rate.tolist(), robot.inertia_matrix.tolist())
+        feet = tuple(FootState([p[i][0], p[i][1], z[i]], heading[i]) for i in range(4))
+        x = State(state.com_position.tolist(), theta, state.com_velocity.tolist(), L, feet)
+        rates = rate[2:].T.tolist()
+        given = zip(force.tolist(), motion.tolist(), rates, strict=True)
+        end, _ = step(math, x, [FootInput(*values) for values in given], period, self._figures)
         foot_position = np.array([foot.p for foot in end.feet])
         foot_position[:, 2] = ground + height[1]
         return RobotState(
@@ -395,16 +419,19 @@ class Mpc:
             com_position=np.array(end.r),
             euler=np.array(end.theta),
             com_velocity=np.array(end.dr),
-            euler_rate=np.array(euler_rate(np, end.theta, end.L, figures)),
+            euler_rate=np.array(euler_rate(math, end.theta, end.L, self._figures)),
             foot_position=foot_position,
             heading=np.array([foot.sigma for foot in end.feet]),
             speed=motion[:, 0].copy(),
         )
 
-    def _figures(self, robot: Robot) -> Figures:
-        inverse: Any = np.linalg.inv(robot.inertia_matrix)
-        kinds = [leg.foot for leg in robot.leg_list]
-        return Figures(robot.mass, inverse, kinds, [leg.heading for leg in robot.leg_list])
+    def _take_robot(self, robot: Robot) -> None:
+        inverse = np.linalg.inv(robot.inertia_matrix).tolist()
+        legs = robot.leg_list
+        self._figures = Figures(
+            robot.mass, inverse, [leg.foot for leg in legs], [leg.heading for leg in legs]
+        )
+        self._fill.set_robot(robot)
 
     def _prediction(self, time: float, reference: Reference, status: Status) -> Prediction:
         layout, it, fill = self._problem.layout, self._iterate, self._fill

@@ -244,7 +244,8 @@ class ReferenceMaker:
         heading = np.where(moves[:, None], poses[2] + ahead, state.heading[:, None] + np.zeros(count))
         left = np.maximum(
             0.0,
-            np.abs(goal - steering)[:, None] - STEERING_SHARE * self._steering_rate * interval * np.arange(count),
+            np.abs(goal - steering)[:, None]
+            - STEERING_SHARE * self._steering_rate * interval * np.arange(count),
         )
         speed = sign[:, None] * size * np.cos(np.minimum(left, 0.5 * np.pi)) * (gait.wheels == "rolling")
         rate = np.stack([c * twists[0] - s * twists[1], s * twists[0] + c * twists[1], 0 * c, twists[2]])

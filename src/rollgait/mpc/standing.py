@@ -29,7 +29,9 @@ class Standing:
     ) -> tuple[Array, Array]:
         """Forces (4, 3) and motions (4, 2) of the next period: braking, and forces that carry the weight."""
         before = previous.motion[:, 0] if previous is not None else np.zeros(4)
-        slower = np.maximum(np.abs(before) - self._settings.period * self._settings.bounds.acceleration_max, 0.0)
+        slower = np.maximum(
+            np.abs(before) - self._settings.period * self._settings.bounds.acceleration_max, 0.0
+        )
         motion = np.zeros((4, 2))
         motion[:, 0] = np.sign(before) * slower
         force = np.zeros((4, 3))

@@ -39,6 +39,7 @@ PATIENCE = 80
 """Iterations without a tenth less violation after which the constraints are taken for contradictory."""
 SMALL_VIOLATION = 1e-4
 """Scaled violation below which a solver may take its time over the cost."""
+DOUBLE = ctypes.sizeof(ctypes.c_double)
 
 
 class DirectFatrop:
@@ -93,12 +94,8 @@ class DirectFatrop:
         Raises:
             KeyboardInterrupt: the user interrupted it.
         """
-        self._guess, self._progress, self._error, self._iteration = (
-            np.asarray(guess, float),
-            progress,
-            None,
-            0,
-        )
+        self._guess[:] = guess
+        self._progress, self._error, self._iteration = progress, None, 0
         self._least, self._least_at = np.inf, 0
         self._until, self._known = until, (np.empty(0), 0.0, np.empty(0))
         self._rows.load_bounds()
@@ -163,6 +160,13 @@ class DirectFatrop:
                 np.ctypeslib.as_array(target, (values.size,))[:] = values
             return 0
 
+        # asked for stage by stage, in every solve: the quickest way counts
+        guess, low_limits, high_limits = (a.ctypes.data for a in (self._guess, *rows.limits))
+
+        def copy_part(target: Any, source: int, part: slice) -> int:
+            ctypes.memmove(target, source + DOUBLE * part.start, DOUBLE * (part.stop - part.start))
+            return 0
+
         def objective(scale: float, x: Any, _s: Any, _g: Any, result: Any, _d: Any, _u: Any) -> int:
             result[0] = scale * this._guarded(lambda: this._values(this._from_primal(x))[0], np.nan)
             return c.SKIP
@@ -189,8 +193,8 @@ class DirectFatrop:
             return c.SKIP
 
         def bounds(low: Any, high: Any, k: int, _u: Any) -> int:
-            lower, upper = rows.bounds(k)
-            return copy(low, lower) or copy(high, upper)
+            part = rows.bounds(k)
+            return copy_part(low, low_limits, part) or copy_part(high, high_limits, part)
 
         return c.Interface(
             get_nx=c.GetDimension(lambda k, _: rows.nx[k]),
@@ -203,8 +207,8 @@ class DirectFatrop:
             get_default_global_params=c.GetValues(lambda *_: 0),
             get_horizon_length=c.GetNumber(lambda _: len(rows.nx)),
             get_bounds=c.GetBounds(bounds),
-            get_initial_xk=c.GetStageValues(lambda x, k, _: copy(x, this._guess[rows.states(k)])),
-            get_initial_uk=c.GetStageValues(lambda u, k, _: copy(u, this._guess[rows.inputs(k)])),
+            get_initial_xk=c.GetStageValues(lambda x, k, _: copy_part(x, guess, rows.states(k))),
+            get_initial_uk=c.GetStageValues(lambda u, k, _: copy_part(u, guess, rows.inputs(k))),
             full_eval_lag_hess=c.FullHessian(hessian),
             full_eval_constr_jac=c.FullJacobian(jacobian),
             full_eval_contr_viol=c.FullViolation(violation),

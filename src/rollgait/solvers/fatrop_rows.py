@@ -40,13 +40,14 @@ class Rows:
         nx, nu = np.array(structure.nx), np.array(structure.nu)
         stages = nx.size
         self._nlp = nlp
-        self._begin = np.concatenate([[0], np.cumsum(nx + nu)])
+        self._begin = [0, *np.cumsum(nx + nu).tolist()]
+        begin = np.array(self._begin, dtype=np.intp)
         stage = np.repeat(np.arange(stages), nx + nu)
-        inside = np.arange(nlp.size) - self._begin[stage]
+        inside = np.arange(nlp.size) - begin[stage]
         self.stage = stage
         self.local = np.where(inside < nx[stage], inside + nu[stage], inside - nx[stage])
         self.order = np.empty(nlp.size, dtype=np.intp)
-        self.order[self._begin[stage] + self.local] = np.arange(nlp.size)
+        self.order[begin[stage] + self.local] = np.arange(nlp.size)
         row_stage, defines = np.zeros(nlp.rows, dtype=np.intp), np.zeros(nlp.rows, dtype=bool)
         for block in nlp.blocks:
             number, kept = nlp.row_numbers(block), nlp.kept(block)
@@ -71,10 +72,11 @@ class Rows:
         self.column[self.unequal] = _count_within(row_stage[self.unequal])
         self.bound_column = rows[stage[self.bounded]] + _count_within(stage[self.bounded])
         self._places: Places | None = None
-        self._first = np.concatenate([[0], np.cumsum(self.n_unequal)]).astype(np.intp)
+        self._first = [0, *np.cumsum(self.n_unequal).tolist()]
         self._limits: Array = np.empty((2, self._first[-1]))
-        self._limit_of_row = self._first[row_stage[self.unequal]] + self.column[self.unequal]
-        self._limit_of_bound = self._first[stage[self.bounded]] + self.bound_column
+        first = np.array(self._first, dtype=np.intp)
+        self._limit_of_row = first[row_stage[self.unequal]] + self.column[self.unequal]
+        self._limit_of_bound = first[stage[self.bounded]] + self.bound_column
         self.load_bounds()
 
     def load_bounds(self) -> None:
@@ -84,10 +86,14 @@ class Rows:
             self._limits[side, self._limit_of_row] = of_rows[self.unequal]
             self._limits[side, self._limit_of_bound] = of_variables[self.bounded]
 
-    def bounds(self, k: int) -> tuple[Array, Array]:
-        """Limits of the inequalities of a stage."""
-        low, high = self._limits[:, self._first[k] : self._first[k + 1]]
-        return low, high
+    @property
+    def limits(self) -> tuple[Array, Array]:
+        """Lower and upper limits of all inequalities, stage after stage: always the same memory."""
+        return self._limits[0], self._limits[1]
+
+    def bounds(self, k: int) -> slice:
+        """Which of the limits are those of a stage."""
+        return slice(self._first[k], self._first[k + 1])
 
     def states(self, k: int) -> slice:
         """The NLP's variables that are states of a stage."""

@@ -110,7 +110,9 @@ class RigidPlant:
         return np.array([yaw, cx * wy - sx * wz, wx + yaw * sy])
 
 
-def standing_state(robot: Robot, time: float = 0.0, x: float = 0.0, y: float = 0.0, yaw: float = 0.0) -> RobotState:
+def standing_state(
+    robot: Robot, time: float = 0.0, x: float = 0.0, y: float = 0.0, yaw: float = 0.0
+) -> RobotState:
     """The robot standing level and at rest, its wheels straight ahead, on ground of height 0."""
     c, s = np.cos(yaw), np.sin(yaw)
     R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
