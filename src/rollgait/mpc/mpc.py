@@ -68,6 +68,7 @@ class Status:
         converged: whether the solver met its tolerance.
         violation: largest violation of a constraint, in the solver's scaling.
         cost: of the horizon.
+        cost_rate: of its first interval, per second.
         seconds: of wall time that the step took.
         late: whether that was more than the deadline.
     """
@@ -77,8 +78,12 @@ class Status:
     converged: bool
     violation: float
     cost: float
+    cost_rate: float
     seconds: float
     late: bool
+
+
+STANDING_STATUS: Final = Status("standing", 0, False, 0.0, 0.0, 0.0, 0.0, False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +172,11 @@ class Mpc:
 
     # -- what may be changed at any time -----------------------------------------------------------------
 
+    @property
+    def wanted(self) -> tuple[float, float, float]:
+        """Forward and lateral velocity (m/s) and yaw rate (rad/s) that the reference has now."""
+        return self._reference.twist
+
     def set_mass(self, mass: float) -> None:
         """The robot's mass, kg; its inertia grows with it."""
         inertia = {
@@ -218,7 +228,7 @@ class Mpc:
         else:
             self._iterate.shift(elapsed / self.settings.interval)
         reference = self._fill_in(state, command, elapsed)
-        status = self._solve(deadline) if not self._stands else self._status(0, False, 0.0, 0.0)
+        status = self._solve(deadline) if not self._stands else STANDING_STATUS
         control = self._control(state, previous)
         self._last = control
         seconds = wall.perf_counter() - begin
@@ -357,12 +367,9 @@ class Mpc:
                 )
             if self._failures >= FAILURES_MAX:
                 self.stop(f"{FAILURES_MAX} solves in a row have failed")
-        return self._status(
-            solution.iterations, solution.solved and violation < FEASIBLE, violation, solution.cost
-        )
-
-    def _status(self, iterations: int, converged: bool, violation: float, cost: float) -> Status:
-        return Status("tracking", iterations, converged, violation, cost, 0.0, False)
+        rate = self._solver.first_cost(solution.w) / self._fill.interval if finite else math.nan
+        converged = solution.solved and violation < FEASIBLE
+        return Status("tracking", solution.iterations, converged, violation, solution.cost, rate, 0.0, False)
 
     # -- what to do --------------------------------------------------------------------------------------
 

@@ -121,6 +121,11 @@ class DirectFatrop:
             iterations=max(int(stats.iterations_count), self._iteration),
         )
 
+    def first_cost(self, w: Array) -> float:
+        """Cost of the first stage alone, at the free variables."""
+        cost, _ = self._stages[0].value(w)
+        return float(cost[0])
+
     def _why(self, flag: int) -> str:
         """Why there is no solution; fatrop itself does not tell."""
         if self._stagnates():

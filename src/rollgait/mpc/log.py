@@ -1,0 +1,294 @@
+"""What a run of the controller was like: arrays over time, and the judgement in numbers."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.config import validate
+from rollgait.errors import FileError
+from rollgait.files import replacing
+from rollgait.mpc.mpc import Event, Prediction
+from rollgait.mpc.state import Control, RobotState
+from rollgait.robot.robot import Robot
+
+Array = NDArray[np.float64]
+
+FORMAT: Final = "rollgait-mpc"
+FORMAT_VERSION: Final = 1
+MODES: Final = ("tracking", "coasting", "standing")
+
+
+@dataclass(frozen=True, eq=False)
+class MpcLog:
+    """A run. World frame, SI units, one row for each step of the controller (n), legs FL, FR, HL, HR.
+
+    Attributes:
+        time: (n,), s.
+        com_position, euler, com_velocity, euler_rate: true state, (n, 3).
+        foot_position: (n, 4, 3), m.
+        heading, speed: of the wheels, (n, 4), rad and m/s.
+        force: that the controller asks for, (n, 4, 3), N.
+        contact: (n, 4), which feet shall stand.
+        reference: r and yaw that are asked for, (n, 4), m and rad.
+        wanted: forward and lateral velocity and yaw rate that are asked for now, (n, 3).
+        seconds: of wall time that each step took, (n,).
+        iterations, violation, mode, late: of each step, (n,); `mode` counts in `MODES`.
+        cost: per second, (n,).
+        base_position, base_quaternion, joint_position: of the whole body, (n, …); empty without one.
+        joint_names: of the joints.
+        robot: the controller's.
+        plant: name of the plant.
+        period: between two steps, s.
+        fallen_at: s; None if it did not fall. The log ends there.
+        events: what was not as it should be.
+    """
+
+    time: Array
+    com_position: Array
+    euler: Array
+    com_velocity: Array
+    euler_rate: Array
+    foot_position: Array
+    heading: Array
+    speed: Array
+    force: Array
+    contact: NDArray[np.bool_]
+    reference: Array
+    wanted: Array
+    seconds: Array
+    iterations: NDArray[np.int_]
+    violation: Array
+    cost: Array
+    mode: NDArray[np.int_]
+    late: NDArray[np.bool_]
+    base_position: Array
+    base_quaternion: Array
+    joint_position: Array
+    joint_names: tuple[str, ...]
+    robot: Robot
+    plant: str
+    period: float
+    fallen_at: float | None
+    events: tuple[Event, ...]
+
+    def report(self) -> MpcReport:
+        """The run in numbers."""
+        c, s = np.cos(self.euler[:, 0]), np.sin(self.euler[:, 0])
+        v = self.com_velocity
+        forward, lateral = c * v[:, 0] + s * v[:, 1], c * v[:, 1] - s * v[:, 0]
+        gaps = np.stack([forward, lateral, self.euler_rate[:, 0]]) - self.wanted.T
+        rms = np.sqrt(np.mean(gaps**2, axis=1))
+        away = self.com_position[:, :2] - self.reference[:, :2]
+        ms = 1e3 * self.seconds
+        tilt = np.degrees(np.arccos(np.clip(np.cos(self.euler[:, 1]) * np.cos(self.euler[:, 2]), -1.0, 1.0)))
+        return MpcReport(
+            duration=float(self.time[-1] - self.time[0]) + self.period,
+            steps=int(self.time.size),
+            rate=1.0 / self.period,
+            median_ms=float(np.median(ms)),
+            p99_ms=float(np.percentile(ms, 99.0)),
+            worst_ms=float(ms.max()),
+            late=int(self.late.sum()),
+            forward_rms=float(rms[0]),
+            lateral_rms=float(rms[1]),
+            turn_rms=float(rms[2]),
+            place_rms=float(np.sqrt(np.mean(np.sum(away**2, axis=1)))),
+            final_place=float(np.hypot(*away[-1])),
+            final_yaw_deg=float(np.degrees(self.euler[-1, 0] - self.reference[-1, 3])),
+            tilt_deg=float(tilt.max()),
+            violation=float(self.violation.max()),
+            cost=float(np.mean(self.cost)),
+            coasting=int((self.mode == 1).sum()),
+            standing=int((self.mode == 2).sum()),
+            fallen_at=self.fallen_at,
+            events=tuple(f"{event.time:.2f} s: {event.text}" for event in self.events),
+        )
+
+    # -- on disk -----------------------------------------------------------------------------------------
+
+    def save(self, path: str | Path) -> Path:
+        """Writes it (.npz). Raises `FileError`."""
+        target = Path(path).with_suffix(".npz")
+        header = {
+            "format": FORMAT,
+            "version": FORMAT_VERSION,
+            "joint_names": list(self.joint_names),
+            "robot": self.robot.model_dump(mode="json"),
+            "plant": self.plant,
+            "period": self.period,
+            "fallen_at": self.fallen_at,
+            "events": [asdict(event) for event in self.events],
+        }
+        arrays: dict[str, Any] = {name: getattr(self, name) for name in ARRAYS}
+        with replacing(target) as temporary:
+            np.savez_compressed(temporary, header=np.array(json.dumps(header)), **arrays)
+        return target
+
+    @classmethod
+    def load(cls, path: str | Path) -> MpcLog:
+        """Reads it. Raises `FileError`."""
+        rule = "is not a log of the controller that rollgait saved"
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                header = json.loads(str(data["header"]))
+                arrays = {name: data[name] for name in ARRAYS}
+            kind, version = header["format"], header["version"]
+        except OSError as error:
+            raise FileError("file", str(path), f"cannot be read: {error.strerror or error}") from None
+        except Exception:  # damaged bytes lead anywhere
+            raise FileError("file", str(path), rule) from None
+        if kind != FORMAT:
+            raise FileError("file", str(path), rule)
+        if version != FORMAT_VERSION:
+            raise FileError("file", str(path), f"has version {version}; this rollgait reads {FORMAT_VERSION}")
+        try:
+            return cls(
+                **arrays,
+                joint_names=tuple(header["joint_names"]),
+                robot=validate(Robot, header["robot"]),
+                plant=str(header["plant"]),
+                period=float(header["period"]),
+                fallen_at=header["fallen_at"],
+                events=tuple(Event(**event) for event in header["events"]),
+            )
+        except (KeyError, TypeError, ValueError):
+            raise FileError("file", str(path), rule) from None
+
+
+@dataclass(frozen=True)
+class MpcReport:
+    """A run in numbers.
+
+    Attributes:
+        duration: s.
+        steps: of the controller.
+        rate: of the controller, Hz.
+        median_ms, p99_ms, worst_ms: wall time of a step.
+        late: steps that took longer than the deadline.
+        forward_rms, lateral_rms, turn_rms: velocity less what is asked for, m/s and rad/s.
+        place_rms: CoM from the reference, m.
+        final_place, final_yaw_deg: the same at the end, m and degrees.
+        tilt_deg: largest.
+        violation: largest of a step, in the solver's scaling.
+        cost: mean cost per second.
+        coasting, standing: steps in these modes.
+        fallen_at: s, or None.
+        events: in words.
+    """
+
+    duration: float
+    steps: int
+    rate: float
+    median_ms: float
+    p99_ms: float
+    worst_ms: float
+    late: int
+    forward_rms: float
+    lateral_rms: float
+    turn_rms: float
+    place_rms: float
+    final_place: float
+    final_yaw_deg: float
+    tilt_deg: float
+    violation: float
+    cost: float
+    coasting: int
+    standing: int
+    fallen_at: float | None
+    events: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether the robot stayed on its feet and under control."""
+        return self.fallen_at is None and self.standing == 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return asdict(self) | {"passed": self.passed}
+
+
+class LogWriter:
+    """Collects the rows of a log."""
+
+    def __init__(self, robot: Robot, plant: Any, period: float) -> None:
+        self._robot, self._plant, self._period = robot, plant, period
+        self._rows: list[tuple[Any, ...]] = []
+
+    def add(
+        self, state: RobotState, control: Control, prediction: Prediction, wanted: Sequence[float]
+    ) -> None:
+        """A step: the true state, what was done, what was expected, and the velocity that is asked for."""
+        status = prediction.status
+        pose = getattr(self._plant, "pose", None)
+        base, quaternion, joints = pose if pose is not None else (np.empty(0), np.empty(0), np.empty(0))
+        self._rows.append(
+            (
+                state.time,
+                state.com_position,
+                state.euler,
+                state.com_velocity,
+                state.euler_rate,
+                state.foot_position,
+                state.heading,
+                state.speed,
+                control.force,
+                control.contact,
+                prediction.reference[0],
+                np.array(wanted, dtype=float),
+                status.seconds,
+                status.iterations,
+                status.violation,
+                status.cost_rate,
+                MODES.index(status.mode),
+                status.late,
+                np.array(base),
+                np.array(quaternion),
+                np.array(joints),
+            )
+        )
+
+    def finish(self, fallen_at: float | None, events: Sequence[Event]) -> MpcLog:
+        """The log."""
+        columns = [np.array(column) for column in zip(*self._rows, strict=True)]
+        return MpcLog(
+            **dict(zip(ARRAYS, columns, strict=True)),
+            joint_names=tuple(getattr(self._plant, "joint_names", ())),
+            robot=self._robot,
+            plant=self._plant.name,
+            period=self._period,
+            fallen_at=fallen_at,
+            events=tuple(events),
+        )
+
+
+ARRAYS: Final = (
+    "time",
+    "com_position",
+    "euler",
+    "com_velocity",
+    "euler_rate",
+    "foot_position",
+    "heading",
+    "speed",
+    "force",
+    "contact",
+    "reference",
+    "wanted",
+    "seconds",
+    "iterations",
+    "violation",
+    "cost",
+    "mode",
+    "late",
+    "base_position",
+    "base_quaternion",
+    "joint_position",
+)
+"""Names of the arrays of a log, in the order of the rows that `LogWriter` collects."""

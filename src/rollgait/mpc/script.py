@@ -1,0 +1,161 @@
+"""Sequences of commands and pushes: written down, random, or those of the paper's motions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from rollgait.config import Config, NonNegative, Number, Positive, Whole, load_yaml, validate
+from rollgait.errors import InputError
+from rollgait.mpc.command import Command, PoseCommand, VelocityCommand
+from rollgait.scenario.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+
+class TimedCommand(Config):
+    """A command and from when on it holds."""
+
+    at: NonNegative = 0.0
+    """s."""
+    command: Command
+    """What is asked for."""
+
+
+class TimedPush(Config):
+    """A force on the base for a time."""
+
+    at: NonNegative
+    """s."""
+    force: tuple[Number, Number, Number]
+    """World frame, N."""
+    duration: Positive = 0.2
+    """s."""
+
+
+class Script(Config):
+    """What happens to the robot: commands in the order of time, and pushes."""
+
+    duration: Positive
+    """s."""
+    gait: str = "drive"
+    """Gait at the beginning."""
+    commands: tuple[TimedCommand, ...]
+    """The first holds from the beginning."""
+    pushes: tuple[TimedPush, ...] = ()
+    """In any order; they may overlap."""
+
+    @classmethod
+    def from_yaml(cls, path: str | Path) -> Script:
+        """The script in a YAML file. Raises `FileError` or `InputError`."""
+        script = validate(cls, load_yaml(Path(path)))
+        script.check()
+        return script
+
+    def check(self) -> None:
+        """Raises `InputError` where the script contradicts itself."""
+        if not self.commands:
+            raise InputError("commands", [], "must hold at least one command")
+        times = [timed.at for timed in self.commands]
+        if times != sorted(times):
+            raise InputError("commands", times, "must be in the order of their times")
+        for timed in self.commands:
+            timed.command.check()
+        VelocityCommand(gait=self.gait).check()
+
+    def command_at(self, time: float) -> VelocityCommand | PoseCommand:
+        """The command that holds at a time."""
+        current = self.commands[0]
+        for timed in self.commands:
+            if timed.at <= time + 1e-9:
+                current = timed
+        return current.command
+
+
+class RandomScript(Config):
+    """Random velocities, gaits and pushes."""
+
+    duration: Positive = 60.0
+    """s."""
+    speed: NonNegative = 0.5
+    """Largest, m/s, in any direction."""
+    turn_rate: NonNegative = 0.5
+    """Largest, rad/s."""
+    every: Positive = 4.0
+    """A new velocity so often, s."""
+    gaits: tuple[str, ...] = ("drive", "crawl", "trot")
+    """Gaits that take turns at random."""
+    gait_every: Positive = 12.0
+    """A new gait so often, s."""
+    push: NonNegative = 0.0
+    """Horizontal force of pushes, N."""
+    push_every: Positive = 5.0
+    """A push so often, s."""
+    push_duration: Positive = 0.2
+    """s."""
+    seed: Annotated[Whole, Field(ge=0)] = 0
+    """Of the random numbers."""
+
+    def script(self) -> Script:
+        """The script: the same seed gives the same one."""
+        random = np.random.default_rng(self.seed)
+        commands = []
+        gait, next_gait = self.gaits[0], self.gait_every
+        for at in np.arange(0.0, self.duration, self.every):
+            if at >= next_gait - 1e-9:
+                others = [name for name in self.gaits if name != gait] or [gait]
+                gait = str(random.choice(others))
+                next_gait += self.gait_every
+            speed, angle = self.speed * math.sqrt(random.uniform()), random.uniform(-math.pi, math.pi)
+            velocity = VelocityCommand(
+                forward=speed * math.cos(angle),
+                lateral=speed * math.sin(angle),
+                turn_rate=self.turn_rate * random.uniform(-1.0, 1.0),
+                gait=gait,
+            )
+            commands.append(TimedCommand(at=float(at), command=velocity))
+        pushes = []
+        if self.push > 0.0:
+            for at in np.arange(self.push_every, self.duration, self.push_every):
+                angle = random.uniform(-math.pi, math.pi)
+                force = (self.push * math.cos(angle), self.push * math.sin(angle), 0.0)
+                pushes.append(TimedPush(at=float(at), force=force, duration=self.push_duration))
+        return Script(
+            duration=self.duration, gait=self.gaits[0], commands=tuple(commands), pushes=tuple(pushes)
+        )
+
+
+CRUISE = 0.3
+"""m/s."""
+WALKING_SPEED = 0.04
+"""Of the legged gait, m/s, starting and stopping included."""
+SETTLING = 4.0
+"""Time after the last goal of a motion before it counts, s."""
+LOCKED_GAIT, STEPPING_GAIT, ROLLING_GAIT = "walk", "crawl", "drive"
+
+
+def script_of(scenario: Scenario) -> Script:
+    """A scenario's goals as commands, with the gait that is like its own: one after the other, in its own time.
+
+    A goal is given up for the next one only when there has been time to reach it.
+    """
+    swings = scenario.gait.swings(scenario.horizon)
+    steps = any(swings.values())
+    gait = LOCKED_GAIT if scenario.gait.wheels == "locked" else STEPPING_GAIT if steps else ROLLING_GAIT
+    goals = [(0.0, scenario.goal), *((later.at, later) for later in scenario.goal.then)]
+    speed = WALKING_SPEED if gait == LOCKED_GAIT else CRUISE
+    commands, at = [], 0.0
+    place: Sequence[float] = (scenario.start.x, scenario.start.y)
+    for begin, goal in goals:
+        at = max(at, begin)
+        command = PoseCommand(x=goal.x, y=goal.y, yaw_deg=goal.yaw_deg, cruise=CRUISE, gait=gait)
+        commands.append(TimedCommand(at=at, command=command))
+        at += math.dist(place, (goal.x, goal.y)) / speed + SETTLING
+        place = (goal.x, goal.y)
+    return Script(duration=max(at, scenario.horizon), gait=gait, commands=tuple(commands))
