@@ -210,6 +210,8 @@ def test_wrong_input() -> None:
         plant.push(np.zeros(3), 0.0)
     with pytest.raises(InputError, match="start"):
         plant_at(replace(START, com_position=np.full(3, np.nan)))
+    with pytest.raises(InputError, match="smoothing"):
+        plant_at(smoothing=-1.0)
     still = standing_control(ROBOT, START, PERIOD)
     with pytest.raises(InputError, match="period"):
         plant.step(replace(still, end=still.end.at(still.begin.time)))
@@ -278,3 +280,14 @@ def test_the_four_motions_open_loop(motion: str) -> None:
     assert np.linalg.norm(plant.state.com_position - end.com_position) < 0.03
     assert np.linalg.norm(plant.state.euler - end.euler) < np.radians(2.0)
     assert np.linalg.norm(plant.state.foot_position - end.foot_position, axis=1).max() < 0.03
+
+
+def test_physics_that_become_unstable_end_as_a_fall(tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its warnings into a file here
+    plant = plant_at()
+    plant.push(np.array([1e13, 0.0, 1e13]), 0.1)
+    assert all(state.is_finite() for state in stand(plant, 0.5))
+    assert plant.fallen
+    assert plant.time == pytest.approx(0.5)
+    for shown in (*plant.pose, plant.torque, plant.contact_force, plant.torque_share):
+        assert np.isfinite(shown).all()

@@ -85,6 +85,8 @@ class MujocoPlant:
     ) -> None:
         if not start.is_finite():
             raise InputError("start", "nan", "must be a state of finite numbers")
+        if not (np.isfinite(smoothing) and smoothing >= 0.0):
+            raise InputError("smoothing", smoothing, "must be a time in seconds, 0 or more")
         given = disturbances or Disturbances()
         self.follower = Follower(body)
         self.follower.reset(start)
@@ -112,8 +114,7 @@ class MujocoPlant:
             (round(push.start / TIME_STEP), round((push.start + push.duration) / TIME_STEP), push.vector)
             for push in given.pushes
         ]
-        self._fallen = False
-        self._limits = self._world.effort_max
+        self._fallen = self._unstable = False
         self.contact_force: Array = np.zeros((len(LEG_NAMES), 3))
         self.torque: Array = np.zeros(len(self.joint_names))
         self.torque_share = 0.0
@@ -131,6 +132,7 @@ class MujocoPlant:
         self._reader = StateReader(world, axles_to_the_left(world, data, start, wheels), start)
         self._base_height = float(data.qpos[2]) - self._ground
         self._state = self._reader.read(data, start.time)
+        self._pose = self._read_pose()
 
     def _standing_torque(self, robot: Robot, start: RobotState) -> Array:
         return self.follower.follow(standing_control(robot, start, _SETTLING_PERIOD)).torque
@@ -147,12 +149,13 @@ class MujocoPlant:
 
     @property
     def state(self) -> RobotState:
-        """The true state now, by the radius of the wheels as it is known. The last one of finite numbers."""
+        """The true state now, by the radius of the wheels as it is known; with the payload."""
         return self._state
 
     @property
     def fallen(self) -> bool:
-        """Whether the base has tilted by 45° or sunk to half its height, or the physics become unstable."""
+        """Whether the base has tilted by 45° or sunk to half its height; or the physics have become unstable,
+        from when on nothing moves."""
         return self._fallen
 
     @property
@@ -163,8 +166,7 @@ class MujocoPlant:
     @property
     def pose(self) -> Pose:
         """Where the whole body is now."""
-        data = self._data
-        return Pose(data.qpos[:3].copy(), np.roll(data.qpos[3:7], -1), data.qpos[self._world.position])
+        return self._pose
 
     @property
     def delay(self) -> float:
@@ -172,19 +174,23 @@ class MujocoPlant:
         return 0.5 * (self._average.width - 1) * TIME_STEP
 
     def step(self, control: Control) -> None:
-        """Lets one control pass. One that cannot be followed leaves the joints where they were told to be."""
+        """Lets one control pass. One that cannot be followed leaves the joints where they were told to be.
+
+        Raises:
+            InputError: the control is shorter than a step of the physics.
+        """
         count = round(control.period / TIME_STEP) if np.isfinite(control.period) else 0
         if count < 1:
             raise InputError("control.period", control.period, f"must be at least {TIME_STEP} s")
         target = self.follower.follow(control)
-        self._controller.load(self._reference(target, count))
-        self._target = target
+        reference = self._reference(target, count)
+        if self._unstable:
+            self._steps += count
+            return
+        self._controller.load(reference)
         force, peak = np.zeros_like(self.contact_force), np.zeros_like(self.torque)
         self._advance(count, force, peak)
-        self.contact_force = force / count
-        self.torque = self._data.actuator_force.copy()
-        self.torque_share = float(np.max(peak / self._limits))
-        self._note()
+        self._note(force / count, peak)
 
     def push(self, force: Array, duration: float) -> None:
         """From now on a force on the base, (3,), N, world, for a time, s. Pushes add up.
@@ -209,7 +215,7 @@ class MujocoPlant:
         smooth = self._average.update(np.concatenate([position, torque], axis=1))
         position, torque = smooth[:, : len(target.position)], smooth[:, len(target.position) :]
         velocity = np.diff(position, axis=0, prepend=self._placed[None]) / TIME_STEP
-        self._placed = position[-1]
+        self._placed, self._target = position[-1], target
         return Reference(position, velocity, torque)
 
     def _advance(self, count: int, force: Array, peak: Array) -> None:
@@ -232,15 +238,19 @@ class MujocoPlant:
         self._data.xfrc_applied[self._world.base, :3] = np.sum(acting, axis=0) if acting else 0.0
         self._pushes = [push for push in self._pushes if now < push[1]]
 
-    def _note(self) -> None:
-        """Reads the state, unless the physics have become unstable."""
+    def _note(self, force: Array, peak: Array) -> None:
+        """Reads everything, unless the physics have become unstable: then all stays as it was read last."""
         data = self._data
-        if has_fallen(self._world, data, self._ground, self._base_height):
-            self._fallen = True
-        before = self._reader.last
         state = self._reader.read(data, self.time)
-        if state.is_finite():
-            self._state = state
-        else:
-            self._fallen = True
-            self._reader.last = before
+        torque = data.actuator_force.copy()
+        if not (state.is_finite() and np.isfinite(torque).all() and np.isfinite(force).all()):
+            self._unstable = self._fallen = True
+            return
+        self._fallen |= has_fallen(self._world, data, self._ground, self._base_height)
+        self._state, self._pose = state, self._read_pose()
+        self.contact_force, self.torque = force, torque
+        self.torque_share = float(np.max(peak / self._world.effort_max))
+
+    def _read_pose(self) -> Pose:
+        data = self._data
+        return Pose(data.qpos[:3].copy(), np.roll(data.qpos[3:7], -1), data.qpos[self._world.position])
