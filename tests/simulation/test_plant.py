@@ -1,6 +1,7 @@
 """The whole robot in MuJoCo as a plant: it is where it is told to be, and says truly where it is."""
 
 from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,8 +20,9 @@ from rollgait.mpc.stance import standing_control, standing_state
 from rollgait.mpc.state import Control, Plant, RobotState
 from rollgait.plan.certificate.physics import angular_velocity_world
 from rollgait.robot.robot import GRAVITY
+from rollgait.robot.urdf import import_robot
 from rollgait.robot.urdf_model import WholeBodyModel
-from rollgait.robot.whole_body import library_whole_body
+from rollgait.robot.whole_body import library_whole_body, load_whole_body
 from rollgait.simulation import Disturbances, Push
 from rollgait.simulation.controller import MovingAverage
 from rollgait.simulation.measure import euler_angles, euler_rates
@@ -100,6 +102,22 @@ def test_who_is_told_to_stand_stays_and_is_carried() -> None:
     assert np.allclose(plant.contact_force.sum(axis=0), [0.0, 0.0, ROBOT.mass * GRAVITY], atol=10.0)
     assert 0.0 < plant.torque_share < 1.0
     assert plant.torque.shape == (len(plant.joint_names),)
+
+
+@pytest.mark.parametrize("name", ["roller", "hyq"])
+def test_fixed_wheels_and_point_feet_stand_as_well(name: str) -> None:
+    file = Path(__file__).parent.parent / "fixtures" / f"{name}.yaml"
+    body = load_whole_body(file)
+    robot = import_robot(body, str(file)).robot
+    start = standing_state(robot, yaw=0.5)
+    plant = MujocoPlant(body, robot, start)
+    for _ in range(50):
+        plant.step(standing_control(robot, start.at(plant.time), PERIOD))
+    state = plant.state
+    assert np.allclose(state.com_position, start.com_position, atol=2e-3)
+    assert np.allclose(state.foot_position, start.foot_position, atol=2e-3)
+    assert np.allclose(state.heading, start.heading, atol=1e-3)
+    assert plant.contact_force[:, 2].sum() == pytest.approx(robot.weight, rel=0.01)
 
 
 def test_a_drive_arrives_and_speeds_are_those_of_the_wheels() -> None:
