@@ -25,13 +25,23 @@ PLAYED = 20.0
 """s"""
 MEGABYTE = 1e6
 
-COUNT_FRAMES = """seconds => new Promise(done => {
-    let frames = 0; const begin = performance.now();
-    const step = now => {
-        frames += 1;
-        now - begin < 1000 * seconds ? requestAnimationFrame(step) : done(1000 * frames / (now - begin));
+WATCH_SCENE = """() => {
+    window.drawn = 0;
+    const clear = WebGL2RenderingContext.prototype.clear;  // once in every picture of the scene
+    let fresh = false;
+    WebGL2RenderingContext.prototype.clear = function (...all) {
+        fresh = true;
+        return clear.apply(this, all);
     };
-    requestAnimationFrame(step);
+    const step = () => {
+        if (fresh) { window.drawn += 1; fresh = false; }
+        requestAnimationFrame(step);
+    };
+    step();
+}"""
+COUNT_PICTURES = """seconds => new Promise(done => {
+    const before = window.drawn, begin = performance.now();
+    setTimeout(() => done(1000 * (window.drawn - before) / (performance.now() - begin)), 1000 * seconds);
 })"""
 COUNT_UPDATES = """seconds => new Promise(done => {
     const box = document.querySelector('input[inputmode=decimal]');
@@ -73,8 +83,9 @@ def main() -> None:
 
 
 def _play(viewer: Viewer, page: Any) -> None:
+    page.evaluate(WATCH_SCENE)
     viewer.timeline.play()
-    drawn = page.evaluate(COUNT_FRAMES, PLAYED)
+    drawn = page.evaluate(COUNT_PICTURES, PLAYED)
     changed = page.evaluate(COUNT_UPDATES, PLAYED)
     begin = time.perf_counter()
     before = viewer.timeline.time

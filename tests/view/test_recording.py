@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +15,10 @@ from tests.view.browser import browser, centre, near, needs_chromium, settled
 
 from rollgait.cli.app import run  # isort: skip  # the line above skips where viser is absent
 from rollgait.scenario import find_scenario  # isort: skip
-from rollgait.view.clip import clip_of_plan  # isort: skip
+from rollgait.view.clip import Clip, clip_of_plan  # isort: skip
 from rollgait.view.recording import record_page  # isort: skip
 from rollgait.view.style import LEG_COLOURS  # isort: skip
-from rollgait.view.video import record_gif, still  # isort: skip
+from rollgait.view.video import VIDEO_RATE, VIDEO_SIZE, record_gif, record_video, still  # isort: skip
 from tests.view.builders import motion_plan  # isort: skip
 
 MEGABYTE = 1_000_000
@@ -49,9 +51,12 @@ def test_the_page_opens_offline_and_moves(tmp_path: Path) -> None:
         page.get_by_text("hybrid <b>forward</b>").wait_for()  # a name is text, never markup
         page.wait_for_timeout(3000)
         page.keyboard.press("Space")
-        early, late = go(page, "0.5"), go(page, "8")
+        early, late = near(go(page, "0.5"), FR), near(go(page, "5"), FR)
         assert all(url.startswith(("file:", "data:", "blob:")) for url in asked)
-    assert centre(near(late, FR))[0] > centre(near(early, FR))[0] + 40.0  # pixels: it has gone ahead
+    gone_ahead = (
+        centre(late & ~early)[0] - centre(early & ~late)[0]
+    )  # without what stands still in this colour
+    assert gone_ahead > 40.0  # pixels
 
 
 def test_a_gif_has_every_moment(tmp_path: Path) -> None:
@@ -63,6 +68,34 @@ def test_a_gif_has_every_moment(tmp_path: Path) -> None:
     last = np.asarray(film.convert("RGB"), dtype=float)
     film.close()
     assert np.abs(last - first).mean() > 1.0
+
+
+@pytest.mark.parametrize("ghost", [None, SHORT])
+def test_a_film_has_every_moment(ghost: Clip | None, tmp_path: Path) -> None:
+    ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="the extra 'video' is not installed")
+    file = record_video(SHORT, tmp_path / "short.mp4", ghost)
+    count, seconds = ffmpeg.count_frames_and_secs(str(file))
+    assert count == round(SHORT.horizon * VIDEO_RATE)
+    assert seconds == pytest.approx(SHORT.horizon, abs=1.0 / VIDEO_RATE)
+    command = [ffmpeg.get_ffmpeg_exe(), "-v", "error", "-i", file, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    raw = subprocess.run(command, capture_output=True, check=True).stdout
+    frames = np.frombuffer(raw, dtype=np.uint8).reshape(-1, VIDEO_SIZE[1], VIDEO_SIZE[0], 3)
+    assert len(frames) == count
+    before = centre(near(frames[0] / 255.0, FR))
+    moved = centre(near(frames[-1] / 255.0, FR)) - before
+    assert moved[0] > 20.0  # pixels: forward is to the right
+
+
+def test_a_film_without_its_extra_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)  # as where it is not installed
+    plan = SHORT.plan
+    assert plan is not None
+    target = tmp_path / "short.mp4"
+    assert run(["record", str(plan.save(tmp_path / "plan.npz")), "--out", str(target)]) == 2
+    assert "rollgait[video]" in capsys.readouterr().err
+    assert not target.exists()
 
 
 def test_a_picture_shows_all_legs_and_the_goal() -> None:

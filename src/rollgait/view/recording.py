@@ -11,6 +11,7 @@ from rollgait.robot.robot import LEG_NAMES
 from rollgait.view.camera import aim
 from rollgait.view.clip import Clip
 from rollgait.view.layers.layer import GHOST
+from rollgait.view.lights import add_lights
 from rollgait.view.scene import Scene
 from rollgait.view.server import LOOPBACK, start_server, stop_server
 from rollgait.view.style import LEG_COLOURS, MARK_COLOUR
@@ -28,6 +29,7 @@ def record_page(clip: Clip, path: str | Path, ghost: Clip | None = None) -> Path
     server = start_server(LOOPBACK, 0, clip.name)
     try:
         aim(server, clip)
+        add_lights(server.scene)
         scenes = [Scene(server.scene, "/motion", clip)]
         if ghost is not None:
             scenes.append(Scene(server.scene, "/ghost", ghost, GHOST))

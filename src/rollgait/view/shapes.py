@@ -59,12 +59,19 @@ def revolved(profile: Array, segments: int = 32) -> Shape:
     faces = np.concatenate(
         [np.stack([here, ahead, ahead + 1], axis=1), np.stack([here, ahead + 1, here + 1], axis=1)]
     )
-    return vertices.reshape(-1, 3), faces.astype(np.uint32)
+    a, b, c = (vertices.reshape(-1, 3)[faces[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return vertices.reshape(-1, 3), faces[area > 1e-12].astype(np.uint32)  # at the axis there are none
 
 
-def cylinder(segments: int = 16) -> Shape:
+def cylinder(segments: int = 12) -> Shape:
     """Of radius 1 about z from 0 to 1, closed."""
     return revolved(np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]), segments)
+
+
+def rod(segments: int = 3) -> Shape:
+    """Of radius 1 about z from 0 to 1, open at its ends."""
+    return revolved(np.array([[1.0, 0.0], [1.0, 1.0]]), segments)
 
 
 def cone(segments: int = 24) -> Shape:
@@ -72,43 +79,35 @@ def cone(segments: int = 24) -> Shape:
     return revolved(np.array([[0.0, 0.0], [1.0, 1.0]]), segments)
 
 
-def arrow_head(segments: int = 16) -> Shape:
+def arrow_head(segments: int = 12) -> Shape:
     """A closed cone of radius 1 at z = 0 with its tip at z = 1."""
     return revolved(np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), segments)
 
 
-def ball(segments: int = 16) -> Shape:
+def ball(segments: int = 14) -> Shape:
     """Of radius 1."""
     angle = np.linspace(-0.5 * np.pi, 0.5 * np.pi, segments // 2 + 1)
     return revolved(np.column_stack([np.cos(angle), np.sin(angle)]), segments)
 
 
-def ring(inner: float = 0.7, segments: int = 32) -> Shape:
+def ring(inner: float = 0.7, segments: int = 18) -> Shape:
     """A flat ring of outer radius 1 in the plane z = 0, seen from above."""
     return revolved(np.array([[1.0, 0.0], [inner, 0.0]]), segments)
 
 
 def tyre(radius: float) -> Shape:
     """The tyre of a wheel about its axle, the y axis."""
-    half, corner = 0.5 * WHEEL_WIDTH * radius, 0.12 * radius
-    inner = 0.72 * radius
-    profile = [
-        [inner, -half],
-        [radius - corner, -half],
-        [radius, -half + corner],
-        [radius, half - corner],
-        [radius - corner, half],
-        [inner, half],
-        [inner, -half],
-    ]
-    vertices, faces = revolved(np.array(profile), 40)
+    half = 0.5 * WHEEL_WIDTH * radius
+    inner, tread = 0.72 * radius, 0.7 * half
+    profile = [[inner, -half], [radius, -tread], [radius, tread], [inner, half], [inner, -half]]
+    vertices, faces = revolved(np.array(profile), 28)
     return _axle_along_y(vertices), faces
 
 
 def rim(radius: float) -> Shape:
     """Hub and spokes of a wheel about its axle, the y axis."""
     half = 0.4 * WHEEL_WIDTH * radius
-    vertices, faces = cylinder(20)
+    vertices, faces = cylinder(14)
     hub: Shape = (vertices * [0.26 * radius, 0.26 * radius, 2.2 * half] - [0.0, 0.0, 1.1 * half], faces)
     bar = np.array([[0.0, -0.07], [0.74, -0.05], [0.74, 0.05], [0.0, 0.07]]) * radius
     spoke, spoke_faces = prism(bar, -half, half)

@@ -17,6 +17,7 @@ from rollgait.tracking import JointTrajectory
 from rollgait.view.camera import aim
 from rollgait.view.clip import Clip, clip_of_plan, open_clip
 from rollgait.view.layers.layer import GHOST
+from rollgait.view.lights import add_lights, cast_shadows
 from rollgait.view.meshes import whole_body_of
 from rollgait.view.panels.judgement import JudgementPanel
 from rollgait.view.panels.motion import Header, LayerPanel, PlotPanel, TimePanel
@@ -146,17 +147,15 @@ class Viewer:
         with tabs.add_tab("Layers"):
             shadows = gui.add_checkbox("shadows", False, hint="Without a graphics card they halve the speed")
             self._layers = LayerPanel(gui, self._switch)
-        shadows.on_update(lambda event: self._light(event.target.value))
-        self._light(shadows=False)
+        shadows.on_update(lambda event: cast_shadows(self.server.scene, event.target.value))
+        add_lights(self.server.scene)
+        cast_shadows(self.server.scene, False)
         with tabs.add_tab("Judgement") as tab:
             self._judgement = JudgementPanel(gui, tab, self._go)
         with tabs.add_tab("Plan"):
             self.panel = PlanningPanel(self.server, self.plan, self.planning.cancel, self._save_plan)
         with tabs.add_tab("Files"):
             self._build_files(gui)
-
-    def _light(self, shadows: bool) -> None:
-        self.server.scene.configure_default_lights(cast_shadow=shadows)
 
     def _build_files(self, gui: viser.GuiApi) -> None:
         opened = gui.add_upload_button(

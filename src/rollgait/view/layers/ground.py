@@ -23,7 +23,7 @@ class Ground(Layer):
         low = np.floor(points.min(axis=0) - MARGIN)
         high = np.ceil(points.max(axis=0) + MARGIN)
         middle, size = 0.5 * (low + high), high - low
-        self.scene.add_grid(
+        self.grid = self.scene.add_grid(
             self.at("grid"),
             width=float(size[0]),
             height=float(size[1]),

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from viser import LineSegmentsHandle
+from numpy.typing import NDArray
+from viser import BatchedMeshHandle
 
 from rollgait.plan.samples import Array
 from rollgait.view import shapes
-from rollgait.view.layers.layer import Layer, linear, rgb, segments, single
+from rollgait.view.layers.layer import NOWHERE, Layer, linear, rgb, single
+from rollgait.view.rotations import from_z_to, wxyz
 from rollgait.view.style import BASE_COLOUR, LEG_COLOURS
 
-COARSE = 2
-"""Every so many frames have a point of the paths, and the past grows: fifteen a second."""
-THIN, THICK = 0.006, 0.014
+TOLERANCE = 0.003
+"""How far a drawn path may be from the true one, m: half of its thickness, and a tenth of the segments."""
+THIN, THICK = 0.009, 0.014
 """Thickness of the future and of the past, m."""
 ABOVE = 0.004
 """Height over the ground of what lies on it, m: it must not flicker."""
@@ -30,34 +32,68 @@ class Paths(Layer):
 
     def draw(self) -> None:
         s = self.clip.samples
-        self._kept = np.unique(np.append(np.arange(0, len(s.time), COARSE), len(s.time) - 1))
-        lines = [s.com_position, *(s.foot_position[:, leg] for leg in range(4))]
-        self._way = np.stack([segments(line[self._kept]) for line in lines])
-        self._drawn = -1
+        self._way = np.stack([s.com_position, *s.foot_position.transpose(1, 0, 2)])
+        ends = [_segments(line) for line in self._way]
+        self._ends = np.concatenate(ends)
+        self._line = np.repeat(np.arange(len(ends)), [len(each) for each in ends])
+        begin, end = self._way[self._line[:, None], self._ends].swapaxes(0, 1)
+        self._from, self._chord = begin + np.array([0.0, 0.0, ABOVE]), end - begin
         low = THICK if not self.look.ghost else 0.0  # the past hides the future under it
-        self._add("future", self._way + np.array([0.0, 0.0, ABOVE - 0.5 * low]), THIN, FAINT)
+        self._add("future", THIN, FAINT, low)
         if not self.look.ghost:
-            self.past = self._add("past", self._past(0), THICK, 0.0)
+            self.past = self._add("past", THICK, 0.0, 0.0)
+            self.show(0)
 
-    def _add(self, name: str, way: Array, thickness: float, light: float) -> LineSegmentsHandle:
-        """All five lines as one; way: (5, m, 2, 3)."""
+    def _add(self, name: str, thickness: float, light: float, down: float) -> BatchedMeshHandle:
+        """All five lines as one batch of rods: lines proper take a software renderer three times as long."""
         shades = linear([rgb(self.look.colour or colour, light) for colour in (BASE_COLOUR, *LEG_COLOURS)])
-        colours = np.broadcast_to(shades[:, None, None], way.shape).reshape(-1, 2, 3)
-        return self.scene.add_line_segments(
-            self.at(name), single(way.reshape(-1, 2, 3)), colours, thickness=thickness
+        self._half = 0.5 * thickness
+        vertices, faces = shapes.rod()
+        return self.scene.add_batched_meshes_simple(
+            self.at(name),
+            vertices,
+            faces,
+            batched_wxyzs=single(wxyz(from_z_to(self._chord))),
+            batched_positions=single(self._from - [0.0, 0.0, 0.5 * down]),
+            batched_scales=single(self._scales(np.ones(len(self._line)))),
+            batched_colors=shades[self._line],
+            lod="off",
+            cast_shadow=False,
+            receive_shadow=False,
         )
 
-    def _past(self, count: int) -> Array:
-        """The first `count` segments of each line; the others have no length, (5, m, 2, 3)."""
-        way: Array = self._way + np.array([0.0, 0.0, ABOVE])
-        way[:, count:] = way[:, max(count - 1, 0), -1][:, None, None]
-        return way
+    def _scales(self, share: Array) -> Array:
+        """Of the rods, of which a share is seen, (m, 3)."""
+        width = np.where(share > 0.0, self._half, NOWHERE)
+        length = np.maximum(share * np.linalg.norm(self._chord, axis=1), NOWHERE)
+        return np.column_stack([width, width, length])
 
     def show(self, index: int) -> None:
-        count = int(np.searchsorted(self._kept[1:], index, side="right"))
-        if not self.look.ghost and count != self._drawn:
-            self._drawn = count
-            self.past.points = single(self._past(count).reshape(-1, 2, 3))
+        if self.look.ghost:
+            return
+        done = self._way[self._line, np.clip(index, *self._ends.T)] + [0.0, 0.0, ABOVE] - self._from
+        share = np.einsum("ij,ij->i", done, self._chord) / np.einsum("ij,ij->i", self._chord, self._chord)
+        self.past.batched_scales = single(self._scales(np.clip(share, 0.0, 1.0)))
+
+
+def _segments(line: Array) -> NDArray[np.intp]:
+    """Frames at the ends of as few segments as follow a line (n, 3) within the tolerance, (m, 2)."""
+    kept, open_spans = [0, len(line) - 1], [(0, len(line) - 1)]
+    while open_spans:  # Ramer, Douglas and Peucker: split where the line is farthest from its chord
+        a, b = open_spans.pop()
+        if b - a < 2:
+            continue
+        chord, way = line[b] - line[a], line[a + 1 : b] - line[a]
+        share = np.clip(way @ chord / max(float(chord @ chord), 1e-12), 0.0, 1.0)
+        distance = np.linalg.norm(way - share[:, None] * chord, axis=1)
+        if distance.max() > TOLERANCE:
+            middle = a + 1 + int(distance.argmax())
+            kept.append(middle)
+            open_spans += [(a, middle), (middle, b)]
+    frames = np.array(sorted(kept))
+    moved = np.linalg.norm(np.diff(line[frames], axis=0), axis=1) > 0.0  # a foot that stands draws nothing
+    ends: NDArray[np.intp] = np.column_stack([frames[:-1], frames[1:]])[moved]
+    return ends
 
 
 class Footholds(Layer):

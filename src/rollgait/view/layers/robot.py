@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
+from viser import BatchedMeshHandle
 
 from rollgait.plan.samples import Array
 from rollgait.view import shapes
@@ -82,34 +84,23 @@ class Robot(Layer):
         )
 
     def _feet(self) -> None:
-        """Wheels that turn, in one batch per part; balls for point feet."""
+        """Wheels that turn, all in one batch per part, as each object costs time; balls for point feet."""
         robot, s = self.clip.robot, self.clip.samples
-        wheels = [i for i, leg in enumerate(robot.leg_list) if leg.wheel_radius is not None]
+        legs = robot.leg_list
         spin = np.stack(
             [matrix_from_axis(np.array([0.0, 1.0, 0.0]), self.clip.wheel_angle[:, i]) for i in range(4)], 1
         )
         self._foot_turn = wxyz(turn_z(_headings(self.clip)) @ spin)
+        self._centre = s.foot_position + [0.0, 0.0, 1.0] * _radii(self.clip)[:, None]
+        self._wheel_legs = [i for i, leg in enumerate(legs) if leg.wheel_radius is not None]
         self.wheels = []
-        for leg in wheels:
-            radius = robot.leg_list[leg].wheel_radius or 0.0
-            node = self.scene.add_frame(self.at(f"wheel{leg}"), show_axes=False)
-            parts = (("tyre", shapes.tyre, TYRE_COLOUR), ("rim", shapes.rim, None))
-            for name, shape, colour in parts:
-                vertices, faces = shape(radius)
-                self.scene.add_mesh_simple(
-                    self.at(f"wheel{leg}/{name}"),
-                    vertices,
-                    faces,
-                    color=self.look.of(colour) if colour else self.look.leg(leg),
-                    opacity=self.look.opacity,
-                    flat_shading=True,
-                    side="double",
-                    cast_shadow=name == "tyre",  # the rim's would lie within it
-                )
-            self.wheels.append((leg, node))
+        if self._wheel_legs:
+            tyres = linear([self.look.of(TYRE_COLOUR)] * len(self._wheel_legs))
+            self.wheels.append(self._wheel_part("tyres", shapes.tyre(1.0), tyres))
+            self.wheels.append(self._wheel_part("rims", shapes.rim(1.0), self.look.legs()[self._wheel_legs]))
         self.balls = []
         vertices, faces = shapes.ball()
-        for leg in set(range(4)) - set(wheels):
+        for leg in set(range(4)) - set(self._wheel_legs):
             ball = self.scene.add_mesh_simple(
                 self.at(f"foot{leg}"),
                 vertices * POINT_FOOT,
@@ -118,7 +109,24 @@ class Robot(Layer):
                 opacity=self.look.opacity,
             )
             self.balls.append((leg, ball))
-        self._centre = s.foot_position + [0.0, 0.0, 1.0] * _radii(self.clip)[:, None]
+
+    def _wheel_part(self, name: str, shape: shapes.Shape, colours: NDArray[np.uint8]) -> BatchedMeshHandle:
+        """A part of all wheels; the shape is that of a wheel of radius 1."""
+        vertices, faces = shape
+        legs = self._wheel_legs
+        return self.scene.add_batched_meshes_simple(
+            self.at(name),
+            vertices,
+            faces,
+            batched_wxyzs=single(self._foot_turn[0, legs]),
+            batched_positions=single(self._centre[0, legs]),
+            batched_scales=single(_radii(self.clip)[legs]),
+            batched_colors=colours,
+            opacity=self.look.opacity,
+            flat_shading=True,
+            lod="off",
+            cast_shadow=name == "tyres",  # the rim's would lie within it
+        )
 
     def show(self, index: int) -> None:
         position, turn = self._base
@@ -126,10 +134,12 @@ class Robot(Layer):
         self.legs.batched_positions = single(self._leg_from[index])
         self.legs.batched_wxyzs = single(self._leg_turn[index])
         self.legs.batched_scales = single(self._leg_scale[index])
-        for leg, node in [*self.wheels, *self.balls]:
-            node.position = self._centre[index, leg]
-        for leg, node in self.wheels:
-            node.wxyz = self._foot_turn[index, leg]
+        legs = self._wheel_legs
+        for part in self.wheels:
+            part.batched_positions = single(self._centre[index, legs])
+            part.batched_wxyzs = single(self._foot_turn[index, legs])
+        for leg, ball in self.balls:
+            ball.position = self._centre[index, leg]
 
 
 def _radii(clip: Clip) -> Array:
