@@ -6,6 +6,7 @@ to be now (None at first). It may return None: no message has come.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Collection
 from dataclasses import dataclass, replace
@@ -94,34 +95,46 @@ class Trust:
     """Share of the difference between what is measured and what was expected that is believed, 0 … 1.
 
     Attributes:
-        place: of CoM and feet in the ground plane, and of yaw and headings.
-        posture: of the height of the CoM, pitch and roll.
+        place: of how far CoM and feet together have slid or turned over the ground.
+        posture: of where CoM, base and feet are relative to one another.
         motion: of velocities and Euler rates.
-        feet: of the feet's places relative to the CoM.
     """
 
     place: float = 1.0
     posture: float = 1.0
     motion: float = 1.0
-    feet: float = 1.0
 
 
-@dataclass
 class Blended:
     """Between what another estimator says and what the controller expected: a first-order observer.
 
     Joints that are held stiffly at where they are told to be keep the robot near what is expected; a
     controller that starts anew from each measurement would take every sag of a joint for its own will.
+
+    Args:
+        trust: shares of the measurement.
+        inner: the other estimator; the truth if not given.
+        lag: by how many periods the robot is known to be behind what it is told.
     """
 
-    trust: Trust
-    inner: Estimator
+    def __init__(self, trust: Trust, inner: Estimator | None = None, lag: int = 0) -> None:
+        self._trust, self._inner = trust, inner or Truth()
+        self._expected: deque[RobotState] = deque(maxlen=lag + 1)
 
     def __call__(self, true: RobotState, expected: RobotState | None) -> RobotState | None:
-        measured = self.inner(true, expected)
-        if measured is None or expected is None or not measured.is_finite():
+        measured = self._inner(true, expected)
+        if expected is None:
+            self._expected.clear()
             return measured
-        return corrected(expected, expected, measured, self.trust)
+        self._expected.append(expected)
+        if measured is None or not measured.is_finite():
+            return measured
+        then = self._expected[0]
+        result = corrected(expected, then, measured, self._trust)
+        # the expectations of the past move along, or the same gap would be corrected again and again
+        moved = [corrected(state, then, measured, self._trust) for state in self._expected]
+        self._expected.extend(moved)
+        return result.at(true.time)
 
 
 @dataclass
@@ -140,21 +153,44 @@ class Dropping:
 
 
 def corrected(base: RobotState, expected: RobotState, measured: RobotState, trust: Trust) -> RobotState:
-    """`base`, corrected by shares of `measured` − `expected`."""
-    gap = measured.com_position - expected.com_position
-    euler = measured.euler - expected.euler
-    angle_share = np.array([trust.place, trust.posture, trust.posture])
-    feet = measured.foot_position - expected.foot_position
-    # what CoM and feet have in common is a drift over the ground; the rest is the posture
-    drift = np.concatenate([feet[:, :2].mean(axis=0), [0.0]])
-    com = drift * trust.place + (gap - drift) * trust.posture
+    """`base`, corrected by shares of the difference between `measured` and `expected`.
+
+    The difference is a motion of the whole robot over the ground, found from its feet, and what is left then.
+    """
+    was, now = expected.foot_position[:, :2], measured.foot_position[:, :2]
+    from_centre, to_centre = was - was.mean(axis=0), now - now.mean(axis=0)
+    cross = from_centre[:, 0] @ to_centre[:, 1] - from_centre[:, 1] @ to_centre[:, 0]
+    turn = float(np.arctan2(cross, np.sum(from_centre * to_centre)))
+    slide = now.mean(axis=0) - was.mean(axis=0)
+    full = _moved(expected, turn, slide, was.mean(axis=0))
+    moved = _moved(base, trust.place * turn, trust.place * slide, base.foot_position[:, :2].mean(axis=0))
+
+    def left(name: str, share: float) -> Array:
+        gap = getattr(measured, name) - getattr(full, name)
+        return np.asarray(getattr(moved, name) + share * gap)
+
     return RobotState(
-        time=measured.time if base is expected else base.time,
-        com_position=base.com_position + com,
-        euler=base.euler + angle_share * euler,
-        com_velocity=base.com_velocity + trust.motion * (measured.com_velocity - expected.com_velocity),
-        euler_rate=base.euler_rate + trust.motion * (measured.euler_rate - expected.euler_rate),
-        foot_position=base.foot_position + trust.place * drift + trust.feet * (feet - drift),
-        heading=base.heading + trust.place * (measured.heading - expected.heading),
+        time=base.time,
+        com_position=left("com_position", trust.posture),
+        euler=left("euler", trust.posture),
+        com_velocity=left("com_velocity", trust.motion),
+        euler_rate=left("euler_rate", trust.motion),
+        foot_position=left("foot_position", trust.posture),
+        heading=left("heading", trust.posture),
         speed=measured.speed,
+    )
+
+
+def _moved(state: RobotState, turn: float, slide: Array, pivot: Array) -> RobotState:
+    """The whole robot turned about a vertical axis through `pivot`, then moved, in the ground plane."""
+    c, s = math.cos(turn), math.sin(turn)
+    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    centre, shift = np.append(pivot, 0.0), np.append(slide, 0.0)
+    return replace(
+        state,
+        com_position=R @ (state.com_position - centre) + centre + shift,
+        euler=state.euler + np.array([turn, 0.0, 0.0]),
+        com_velocity=R @ state.com_velocity,
+        foot_position=(state.foot_position - centre) @ R.T + centre + shift,
+        heading=state.heading + turn,
     )

@@ -18,7 +18,7 @@ from rollgait.robot.robot import Robot
 Array = NDArray[np.float64]
 
 FORCE_ROOM: Final = 0.02
-"""Smallest range of a force in weights of the robot: a nearly empty range would stop an interior-point method."""
+"""Smallest range of a force, in weights of the robot: an interior-point method needs room."""
 SMALL_MOMENT: Final = 1e-4
 """m²: lets two feet share the weight that cannot balance it about their line."""
 
@@ -92,7 +92,7 @@ class Filling:
     def put_contact(self, clock: GaitClock, time: float) -> None:
         """Which foot stands when, from now on, and how high the others are."""
         h, count = self.interval, self.count
-        edges = time + h * np.arange(count + 1)
+        edges: Array = time + h * np.arange(count + 1, dtype=float)
         share = clock.stance_share(edges).T
         # what is done now must not count on feet that are still in the air
         share[:, 0] *= clock.contact(time)
@@ -130,7 +130,8 @@ class Filling:
         multipliers = np.linalg.solve(
             gram, np.broadcast_to(np.array([1.0, 0.0, 0.0])[:, None], (share.shape[1], 3, 1))
         )
-        return np.maximum(share * (A.T @ multipliers[:, :, 0].T), 0.0)
+        forces: Array = np.maximum(share * (A.T @ multipliers[:, :, 0].T), 0.0)
+        return forces
 
     def put_reference(self, reference: Reference) -> None:
         """Where the robot is wanted."""

@@ -10,6 +10,7 @@ effect, and a small cost keeps it at zero; the same with the rolling of a locked
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, Final
@@ -24,7 +25,7 @@ from rollgait.mpc.stage_data import LiveStage
 from rollgait.ocp.costs import FORCE_INTERVAL_REF
 from rollgait.ocp.friction import Friction
 from rollgait.ocp.instant import Body, Inputs, Instant, make_instant
-from rollgait.ocp.limb import JointSteering, Reach, limb_of
+from rollgait.ocp.limb import JointSteering, Reach
 from rollgait.ocp.limits import Box
 from rollgait.robot.robot import Robot
 from rollgait.transcription.base import Structure
@@ -42,7 +43,7 @@ OPEN: Final = 10.0
 
 @dataclass(frozen=True)
 class Layouts:
-    """Order of the variables: `node` is the state, then the previous inputs; `inputs` those of an interval."""
+    """Order of the variables: `node` is the state, then the inputs before; `inputs` those of an interval."""
 
     node: Layout
     inputs: Layout
@@ -209,7 +210,7 @@ def _fill_interval(stage: LiveStage, robot: Robot, layout: Layouts, workspace: b
     inputs = Inputs([body.weight * f for f in effective], motions, [ca.SX.zeros(2)] * FEET)
     x = _instant(robot, symbols, begin, inputs)
     _add_state_costs(stage, robot, symbols, x, h, workspace)
-    weight = _Weights(stage, "interval")
+    weight = _weights(stage)
     stage.add_cost("acc", weight("acc") * h, x.ddr)
     change = body.weight * (force - node[layout.node["previous_force"]])
     stage.add_cost("force", weight("force") * FORCE_INTERVAL_REF**2 / h, change)
@@ -260,22 +261,18 @@ def _instant(robot: Robot, symbols: _Symbols, x: State, inputs: Inputs) -> Insta
     )
 
 
-class _Weights:
-    """Weights as parameters of a stage."""
-
-    def __init__(self, stage: LiveStage, _place: str) -> None:
-        self._stage = stage
-
-    def __call__(self, name: str) -> ca.SX:
-        return self._stage.symbol(f"weight_{name}", 1)
+def _weights(stage: LiveStage) -> Callable[[str], ca.SX]:
+    """Weights as parameters of a stage, by the name of their cost."""
+    return lambda name: stage.symbol(f"weight_{name}", 1)
 
 
 def _add_state_costs(
     stage: LiveStage, robot: Robot, symbols: _Symbols, x: Instant, length: ca.SX, workspace: bool
 ) -> None:
-    weight = _Weights(stage, "state")
+    weight = _weights(stage)
     pose, rate = stage.symbol("pose_ref", 4), stage.symbol("rate_ref", 4)  # (r, yaw) and their rates
-    stage.add_cost("goal", weight("goal") * length, ca.vertcat(x.r, x.theta[0]) - pose)
+    stage.add_cost("goal", weight("goal") * length, ca.vertcat(x.r[:2] - pose[:2], x.theta[0] - pose[3]))
+    stage.add_cost("height", weight("height") * length, x.r[2] - pose[2])
     stage.add_cost("tilt", weight("tilt") * length, x.theta[1:])
     stage.add_cost("velocity", weight("velocity") * length, x.dr - rate[:3])
     stage.add_cost("rotation", weight("rotation") * length, x.dtheta - ca.vertcat(rate[3], 0, 0))

@@ -36,6 +36,8 @@ from rollgait.solvers.fatrop import OPTIONS
 from rollgait.solvers.fatrop_direct import DirectFatrop
 from rollgait.solvers.kernels import compiled
 from rollgait.solvers.linear_algebra import use_fast_products
+from rollgait.solvers.solution import Solution
+from rollgait.transcription.nlp import Nlp
 
 log = logging.getLogger("rollgait")
 Array = NDArray[np.float64]
@@ -47,6 +49,10 @@ FEASIBLE: Final = 1e-3
 """Largest violation (scaled as the solver sees it) of a converged iterate."""
 USABLE: Final = 0.2
 """Violation from which on an iterate is not used: its motion is not one that the robot could make."""
+REPAIRED: Final = 0.02
+"""Violation from which on a step iterates again, if there is time: after a push, or a change of gait."""
+REPAIRS: Final = 3
+"""At most so often."""
 FAILURES_MAX: Final = 10
 """So many failed solves in a row bring the robot to a stand for good."""
 MISSING_MAX: Final = 0.1
@@ -117,6 +123,13 @@ class Event:
 
     time: float
     text: str
+
+
+def _violation(nlp: Nlp, solution: Solution) -> float:
+    """Largest violation of a constraint, scaled as the solver sees it; infinite where it is no number."""
+    if not np.isfinite(solution.w).all() or not np.isfinite(solution.g).all():
+        return math.inf
+    return float(nlp.violations(solution.g, solution.w).max(initial=0.0))
 
 
 class Mpc:
@@ -317,7 +330,7 @@ class Mpc:
 
     def _node(self, state: RobotState) -> Array:
         """The state as a node vector."""
-        L = angular_momentum(np, state.euler, state.euler_rate, self._fill.robot.inertia_matrix)
+        L = angular_momentum(np, state.euler.tolist(), state.euler_rate.tolist(), self._inertia)
         steerable = list(self._problem.layout.steerable)
         return np.concatenate(
             [
@@ -348,11 +361,18 @@ class Mpc:
     # -- solving -----------------------------------------------------------------------------------------
 
     def _solve(self, deadline: float) -> Status:
-        guess = self._iterate.variables()
-        solution = self._solver.solve(guess, until=deadline)
-        nlp = self._problem.nlp
-        finite = bool(np.isfinite(solution.w).all())
-        violation = float(nlp.violations(solution.g, solution.w).max(initial=0.0)) if finite else np.inf
+        nlp, solver = self._problem.nlp, self._solver
+        solution = solver.solve(self._iterate.variables(), until=deadline)
+        iterations = solution.iterations
+        for _ in range(REPAIRS):
+            violation = _violation(nlp, solution)
+            if violation <= REPAIRED or wall.perf_counter() > deadline:
+                break
+            guess = solution.w if np.isfinite(solution.w).all() else self._iterate.variables()
+            solution = solver.solve(guess, until=deadline)
+            iterations += solution.iterations
+        violation = _violation(nlp, solution)
+        finite = math.isfinite(violation)
         good = finite and violation <= USABLE
         if good:
             self._iterate.take(solution.w)
@@ -369,7 +389,7 @@ class Mpc:
                 self.stop(f"{FAILURES_MAX} solves in a row have failed")
         rate = self._solver.first_cost(solution.w) / self._fill.interval if finite else math.nan
         converged = solution.solved and violation < FEASIBLE
-        return Status("tracking", solution.iterations, converged, violation, solution.cost, rate, 0.0, False)
+        return Status("tracking", iterations, converged, violation, solution.cost, rate, 0.0, False)
 
     # -- what to do --------------------------------------------------------------------------------------
 
@@ -406,14 +426,14 @@ class Mpc:
         return force, motion
 
     def _end_of_period(self, state: RobotState, force: Array, motion: Array, period: float) -> RobotState:
-        """The model one period later: the planner's own step, with Python's numbers, which are the quickest."""
+        """The model one period later: the planner's step with Python's numbers, which are the quickest."""
         ground, t = self._fill.ground, state.time
         points = [t, t + period, *(t + period * point for point in POINTS)]
         height, rate = self.clock.lift(np.array(points))
         robot = self._fill.robot
         theta, p = state.euler.tolist(), state.foot_position.tolist()
         z, heading = (ground + height[0]).tolist(), state.heading.tolist()
-        L = angular_momentum(math, theta, state.euler_rate.tolist(), robot.inertia_matrix.tolist())
+        L = angular_momentum(math, theta, state.euler_rate.tolist(), self._inertia)
         feet = tuple(FootState([p[i][0], p[i][1], z[i]], heading[i]) for i in range(4))
         x = State(state.com_position.tolist(), theta, state.com_velocity.tolist(), L, feet)
         rates = rate[2:].T.tolist()
@@ -433,6 +453,7 @@ class Mpc:
         )
 
     def _take_robot(self, robot: Robot) -> None:
+        self._inertia = robot.inertia_matrix.tolist()
         inverse = np.linalg.inv(robot.inertia_matrix).tolist()
         legs = robot.leg_list
         self._figures = Figures(
@@ -451,7 +472,7 @@ class Mpc:
         position[-1, :, 2] = self._problem.end.numbers("foot_z")[:, 0]
         force = it.inputs[:, layout.inputs["force"]].reshape(count, 4, 3) * fill.robot.weight
         return Prediction(
-            time=time + fill.interval * np.arange(count + 1),
+            time=time + fill.interval * np.arange(count + 1, dtype=float),
             com_position=it.states[:, layout.node["r"]].copy(),
             euler=it.states[:, layout.node["theta"]].copy(),
             foot_position=position,

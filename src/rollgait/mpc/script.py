@@ -14,7 +14,7 @@ from pydantic import Field
 from rollgait.config import Config, NonNegative, Number, Positive, Whole, load_yaml, validate
 from rollgait.errors import InputError
 from rollgait.mpc.command import Command, PoseCommand, VelocityCommand
-from rollgait.scenario.scenario import Scenario
+from rollgait.scenario.scenario import Goal, LaterGoal, Scenario
 
 Array = NDArray[np.float64]
 
@@ -141,14 +141,15 @@ LOCKED_GAIT, STEPPING_GAIT, ROLLING_GAIT = "walk", "crawl", "drive"
 
 
 def script_of(scenario: Scenario) -> Script:
-    """A scenario's goals as commands, with the gait that is like its own: one after the other, in its own time.
+    """A scenario's goals as commands, one after the other, with the gait that is most like its own.
 
     A goal is given up for the next one only when there has been time to reach it.
     """
     swings = scenario.gait.swings(scenario.horizon)
     steps = any(swings.values())
     gait = LOCKED_GAIT if scenario.gait.wheels == "locked" else STEPPING_GAIT if steps else ROLLING_GAIT
-    goals = [(0.0, scenario.goal), *((later.at, later) for later in scenario.goal.then)]
+    goals: list[tuple[float, Goal | LaterGoal]] = [(0.0, scenario.goal)]
+    goals += [(later.at, later) for later in scenario.goal.then]
     speed = WALKING_SPEED if gait == LOCKED_GAIT else CRUISE
     commands, at = [], 0.0
     place: Sequence[float] = (scenario.start.x, scenario.start.y)

@@ -15,7 +15,9 @@ class MpcWeights(Config):
     acc: NonNegative = 1.0
     """On ‖r̈‖², acceleration of the CoM."""
     goal: NonNegative = 200.0
-    """On ‖r − r_ref‖² and (yaw − yaw_ref)²."""
+    """On (x, y, yaw) − reference, squared."""
+    height: NonNegative = 2000.0
+    """On (z − z_ref)²."""
     force: NonNegative = 5e-4
     """On h_ref² ‖Δf / h‖² of neighbouring intervals, forces in N."""
     feet: NonNegative = 100.0

@@ -1,4 +1,4 @@
-"""Coming to a stand without a solver: wheels brake, feet in the air come down, the weight rests on the feet."""
+"""Coming to a stand without a solver: wheels brake, feet in the air come down, the feet carry the weight."""
 
 from __future__ import annotations
 
