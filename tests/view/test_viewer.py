@@ -150,6 +150,24 @@ def test_what_cannot_be_planned_is_said(page: Any, viewer: Viewer) -> None:
     assert viewer.clip is shown
 
 
+def test_what_is_in_the_way_is_said_and_what_would_help_can_be_taken_up(page: Any, viewer: Viewer) -> None:
+    weak = {"bounds": {"force_max": 100.0}, "horizon": 1.5, "goal": {"x": 0.2}, "profile": "executable"}
+    viewer.show(clip_of_plan(motion_plan(SCENARIO.with_values(weak)), "too weak to stand"))
+    shown = viewer.clip
+    page.get_by_role("tab", name="Plan").click()
+    page.get_by_role("button", name="Plan", exact=True).click()
+    page.get_by_text("In the way:").wait_for()
+    page.get_by_text("the normal force would have to leave its limits").first.wait_for()
+    assert viewer.clip is shown
+    page.get_by_role("button", name="larger forces").click()
+    wait_until(lambda: viewer.panel.scenario().bounds.force_max > 100.0)
+    page.get_by_text("In the way:").wait_for(state="hidden")
+    page.get_by_role("button", name="Plan", exact=True).click()
+    wait_until(lambda: viewer.clip is not shown, 180.0)
+    assert viewer.clip.passed
+    viewer.timeline.pause()
+
+
 def test_a_second_browser_sees_the_same_and_may_leave_during_a_solve(page: Any, viewer: Viewer) -> None:
     viewer.panel.pick(viewer.panel.picker.options[0])
     shown = viewer.clip

@@ -6,15 +6,18 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, Final, TextIO
 
 import rollgait
 from rollgait.config import parse_yaml
+from rollgait.diagnosis.report import Diagnosis
 from rollgait.errors import NotSolvedError, RollgaitError
 from rollgait.plan.plan import Plan
 from rollgait.scenario.scenario import Scenario
+
+GOAL_ROWS: Final = ("goal_distance", "goal_yaw")
+"""Rows of the certificate that fail when a plan does not get to its goal."""
 
 
 def main() -> None:
@@ -25,46 +28,44 @@ def main() -> None:
     for line in sys.stdin:
         task = json.loads(line)
         try:
-            file, message = (_plan if task["task"] == "plan" else _track)(task, answers)
+            found = (_plan if task["task"] == "plan" else _track)(task, answers)
         except RollgaitError as error:
-            file, message = None, str(error)
-        _answer(answers, {"file": file, "message": message})
+            found = {"file": None, "message": str(error)}
+        _answer(answers, found)
 
 
-def _plan(task: dict[str, Any], answers: TextIO) -> tuple[str | None, str]:
+def _plan(task: dict[str, Any], answers: TextIO) -> dict[str, Any]:
     from rollgait.planner import plan
     from rollgait.solvers import Iteration
 
+    stage = "solving"
+
     def progress(iteration: Iteration) -> None:
         numbers = {"iteration": iteration.number, "cost": iteration.cost, "violation": iteration.violation}
-        _answer(answers, numbers)
+        _answer(answers, {"stage": stage, **numbers})
 
     out = Path(task["out"])
     scenario = Scenario.from_dict(parse_yaml(task["scenario"], "the scenario of the page"))
     try:
-        return str(plan(scenario, progress=progress).save(out)), ""
+        found = plan(scenario, progress=progress)
     except NotSolvedError as error:
-        iterate: Plan | None = error.plan
-        file = None if iterate is None else str(iterate.save(out))
-        return file, f"{error}{_explained(scenario, progress)}"
+        return {"file": None, "message": str(error), "diagnosis": _data(error.diagnosis)}
+    diagnosis = None
+    if any(row.name in GOAL_ROWS for row in found.certificate().failures):
+        stage = "the goal is missed: looking for the reason"
+        diagnosis = rollgait.diagnose(scenario, progress=progress)
+    return {"file": str(found.save(out)), "message": "", "diagnosis": _data(diagnosis)}
 
 
-def _track(task: dict[str, Any], answers: TextIO) -> tuple[str | None, str]:
+def _track(task: dict[str, Any], answers: TextIO) -> dict[str, Any]:
     from rollgait.tracking import track
 
-    return str(track(Plan.load(task["plan"]), rate=100.0, force=True).save(task["out"])), ""
+    joints = track(Plan.load(task["plan"]), rate=100.0, force=True)
+    return {"file": str(joints.save(task["out"])), "message": ""}
 
 
-def _explained(scenario: Scenario, progress: Callable[[Any], None]) -> str:
-    """What stands in the way of a plan, and what would help; "" if nothing is found."""
-    diagnose = getattr(rollgait, "diagnose", None)
-    if diagnose is None:
-        return ""
-    found = diagnose(scenario, progress=progress)
-    reasons = [f"{r.description}, missed by {r.excess:.3g} {r.unit}".rstrip() for r in found.reasons]
-    helps = [suggestion.text for suggestion in found.suggestions]
-    text = f". In the way: {'; '.join(reasons)}" if reasons else ""
-    return text + (f". What would help: {'; '.join(helps)}" if helps else "")
+def _data(diagnosis: Diagnosis | None) -> dict[str, Any] | None:
+    return None if diagnosis is None else diagnosis.to_dict()
 
 
 def _answer(answers: TextIO, data: dict[str, Any]) -> None:

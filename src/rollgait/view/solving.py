@@ -15,11 +15,14 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import IO, Any
 
+from rollgait.diagnosis.report import Diagnosis, Reason, Suggestion
+
 
 @dataclass(frozen=True)
 class Progress:
-    """An iteration of the solver."""
+    """An iteration of the solver, and what it works at."""
 
+    stage: str
     number: int
     cost: float
     violation: float
@@ -32,10 +35,12 @@ class Outcome:
     Attributes:
         file: what was found, None if there is nothing.
         message: why not, "" if all is well.
+        diagnosis: what is in the way of the plan or of its goal, None if nothing is.
     """
 
     file: Path | None
     message: str = ""
+    diagnosis: Diagnosis | None = None
 
 
 class Solving:
@@ -114,13 +119,25 @@ class Solving:
             for line in _pipe(process.stdout):
                 answer = json.loads(line)
                 if "iteration" in answer:
-                    self._on_progress(Progress(answer["iteration"], answer["cost"], answer["violation"]))
+                    self._on_progress(_progress(answer))
                 else:
-                    file = answer["file"]
-                    return Outcome(None if file is None else Path(file), answer["message"])
+                    return _outcome(answer)
         except (OSError, ValueError):
             pass
         return Outcome(None, "stopped")
+
+
+def _progress(answer: dict[str, Any]) -> Progress:
+    return Progress(answer["stage"], answer["iteration"], answer["cost"], answer["violation"])
+
+
+def _outcome(answer: dict[str, Any]) -> Outcome:
+    file, data = answer["file"], answer.get("diagnosis")
+    diagnosis = None
+    if data is not None:
+        reasons = tuple(Reason(**reason) for reason in data["reasons"])
+        diagnosis = Diagnosis(reasons, tuple(Suggestion(**each) for each in data["suggestions"]))
+    return Outcome(None if file is None else Path(file), answer["message"], diagnosis)
 
 
 def _new_process() -> subprocess.Popen[str]:

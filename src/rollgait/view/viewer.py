@@ -216,15 +216,16 @@ class Viewer:
         self.panel.progress(progress)
 
     def _planned(self, outcome: Outcome) -> None:
-        if outcome.file is None or outcome.message:
-            self.panel.done(outcome.message, good=False)
+        if outcome.file is None:
+            self.panel.done(outcome.message, good=False, diagnosis=outcome.diagnosis)
             return
         plan = Plan.load(outcome.file)
         clip = clip_of_plan(plan, "planned here")
         before = self.clip if self.panel.keep.value else None
         self.show(clip, before)
         seconds = plan.statistics.solve_time
-        self.panel.done(f"solved in {seconds:.2g} s, {clip.verdict}", good=clip.passed)
+        said = f"solved in {seconds:.2g} s, {clip.verdict}"
+        self.panel.done(said, clip.passed, outcome.diagnosis)
         self.timeline.play()
 
     def _track(self) -> None:

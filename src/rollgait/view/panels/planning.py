@@ -10,11 +10,13 @@ from typing import Any, Final
 import numpy as np
 import viser
 
+from rollgait.diagnosis.report import Diagnosis, Suggestion
 from rollgait.errors import RollgaitError
 from rollgait.scenario import Scenario, find_scenario, scenario_names
 from rollgait.view.clip import Clip
 from rollgait.view.layers.goal import pad
 from rollgait.view.layers.layer import rgb, segments, single
+from rollgait.view.panels.diagnosis import DiagnosisPanel
 from rollgait.view.panels.motion import BAD, GOOD
 from rollgait.view.rotations import turn_z, wxyz
 from rollgait.view.solving import Progress
@@ -59,6 +61,7 @@ class PlanningPanel:
         self.button = gui.add_button("Plan", icon=viser.Icon.ROUTE, color="blue")
         self.cancel = gui.add_button("Cancel", icon=viser.Icon.X, color="gray", visible=False)
         self.message = gui.add_html("")
+        self._diagnosis = DiagnosisPanel(gui, self._take)
         self.keep: Any = gui.add_checkbox("keep the motion before as a ghost", True)
         self.save = gui.add_button("Save plan", icon=viser.Icon.DOWNLOAD, color="gray")
         self.save_yaml = gui.add_button("Save scenario", icon=viser.Icon.DOWNLOAD, color="gray")
@@ -84,7 +87,11 @@ class PlanningPanel:
     def pick(self, name: str) -> None:
         """Fills the controls with a scenario."""
         with self._lock:
-            base = self._shown if name == THE_SHOWN and self._shown is not None else find_scenario(name)
+            self._fill(self._shown if name == THE_SHOWN and self._shown is not None else find_scenario(name))
+
+    def _fill(self, base: Scenario) -> None:
+        """Begins with a scenario."""
+        with self._lock:
             self._base = base
             self.goal.value = (base.goal.x, base.goal.y, base.goal.yaw_deg)
             self.horizon.value = base.horizon
@@ -121,24 +128,36 @@ class PlanningPanel:
             values["gait.steps"] = int(self.steps.value)
         return values
 
+    def _take(self, suggestion: Suggestion) -> None:
+        """Takes up what would help."""
+        try:
+            self._fill(self.scenario().with_values(suggestion.change))
+        except RollgaitError as error:
+            self._say(str(error), BAD)
+            return
+        self._diagnosis.show(None)
+        self._say(f"{suggestion.text}: press Plan", GOOD)
+
     # -- state of the button --
 
     def busy(self, text: str = "building the problem …") -> None:
         """Says that a task runs."""
         self.button.disabled, self.cancel.visible = True, True
+        self._diagnosis.show(None)
         self._say(text, "#666666")
 
     def progress(self, progress: Progress) -> None:
         """Says how far the solver is."""
         self._say(
-            f"solving … iteration {progress.number}, cost {progress.cost:.5g}, "
+            f"{progress.stage} … iteration {progress.number}, cost {progress.cost:.5g}, "
             f"violation {progress.violation:.2g}",
             "#666666",
         )
 
-    def done(self, text: str, good: bool) -> None:
+    def done(self, text: str, good: bool, diagnosis: Diagnosis | None = None) -> None:
         """Says what came of it."""
         self.button.disabled, self.cancel.visible = False, False
+        self._diagnosis.show(diagnosis)
         self._say(text, GOOD if good else BAD)
 
     def _say(self, text: str, colour: str) -> None:
