@@ -142,15 +142,15 @@ def clip_of_plan(plan: Plan, name: str) -> Clip:
 
 def clip_of_joints(joints: JointTrajectory, name: str) -> Clip:
     """A joint trajectory: the plan it follows, and the whole body."""
-    times = frame_times(float(joints.time[-1]))
+    times, plan = frame_times(float(joints.time[-1])), joints.reference
     return Clip(
         name=name,
         kind="joints",
         robot=joints.robot,
-        samples=joints.reference.at(_nearest(joints.time, times)),
-        ground=float(np.min(joints.reference.foot_position[..., 2])),
+        samples=plan.at(_nearest(joints.time, times)),
+        ground=float(np.min(plan.foot_position[..., 2])),
         friction=FRICTION,
-        goals=(),
+        goals=(_end(plan.com_position, plan.euler),),
         marks=marks_of_joints(joints),
         verdict="followed within its limits" if joints.report.passed else "not followed within its limits",
         passed=joints.report.passed,
@@ -160,7 +160,7 @@ def clip_of_joints(joints: JointTrajectory, name: str) -> Clip:
 
 def clip_of_log(log: SimulationLog, name: str) -> Clip:
     """A simulation: what the robot did. The feet are those of the whole body."""
-    from rollgait.view.log_samples import samples_of_log
+    from rollgait.view.log_samples import euler_of, samples_of_log
 
     times = frame_times(float(log.time[-1]))
     index = _nearest(log.time, times)
@@ -173,14 +173,19 @@ def clip_of_log(log: SimulationLog, name: str) -> Clip:
         kind="simulation",
         robot=log.robot,
         samples=samples_of_log(log, index, times),
-        ground=0.0,
+        ground=log.ground_height,
         friction=FRICTION,
-        goals=(),
+        goals=(_end(log.planned_com_position, euler_of(log.planned_base_quaternion)),),
         marks=marks_of_log(log),
         verdict=f"fell at {report.fallen_at:.2f} s" if report.fallen_at is not None else "did not fall",
         passed=not report.fallen,
         joints=joints,
     )
+
+
+def _end(com_position: Array, euler: Array) -> Goal:
+    """Where the plan that was followed ends: the goal itself is not in the file."""
+    return Goal(0.0, np.concatenate([com_position[-1], euler[-1]]))
 
 
 def open_clip(path: str | Path) -> Clip:

@@ -33,7 +33,7 @@ def samples_of_log(log: SimulationLog, index: NDArray[np.intp], times: Array) ->
     for leg, ((_, joints), data) in enumerate(zip(body.leg_list(), log.robot.leg_list, strict=True)):
         radius = joints.radius if joints.radius is not None else data.wheel_radius or 0.0
         foot[:, leg], heading[:, leg] = _contact_point(poses[joints.frame], radius, data.wheel_radius is None)
-    com, euler = log.com_position[index], _euler(log.base_quaternion[index])
+    com, euler = log.com_position[index], euler_of(log.base_quaternion[index])
     heading = np.unwrap(heading, period=np.pi, axis=0)
     heading -= np.pi * np.round((heading[0] - euler[0, 0]) / np.pi)  # an axle has no front: take the base's
     velocity = _rate(foot, times)
@@ -58,7 +58,7 @@ def _rate(values: Array, times: Array) -> Array:
     return np.asarray(np.gradient(values, times, axis=0))
 
 
-def _euler(xyzw: Array) -> Array:
+def euler_of(xyzw: Array) -> Array:
     """(yaw, pitch, roll), yaw counted on beyond a full turn."""
     return np.unwrap(Rotation.from_quat(xyzw).as_euler("ZYX"), axis=0)
 
