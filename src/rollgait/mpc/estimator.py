@@ -71,23 +71,21 @@ class Noisy:
 
 
 class Delayed:
-    """What another estimator said some periods ago, moved on by what the controller has expected since.
+    """What another estimator said some periods ago. `Blended` with this lag makes up for the age.
 
     Args:
-        periods: age of the message.
+        periods: age of the message; the first one stays until there are so many.
         inner: the other estimator; the truth if not given.
     """
 
     def __init__(self, periods: int, inner: Estimator | None = None) -> None:
         self._inner = inner or Truth()
-        self._known: deque[tuple[RobotState | None, RobotState | None]] = deque(maxlen=periods + 1)
+        self._known: deque[RobotState | None] = deque(maxlen=periods + 1)
 
     def __call__(self, true: RobotState, expected: RobotState | None) -> RobotState | None:
-        self._known.append((self._inner(true, expected), expected))
-        measured, expected_then = self._known[0]
-        if measured is None or expected is None or expected_then is None:
-            return measured.at(true.time) if measured is not None else None
-        return corrected(expected, expected_then, measured, Trust())
+        self._known.append(self._inner(true, expected))
+        measured = self._known[0]
+        return None if measured is None else measured.at(true.time)
 
 
 @dataclass(frozen=True)
@@ -114,7 +112,7 @@ class Blended:
     Args:
         trust: shares of the measurement.
         inner: the other estimator; the truth if not given.
-        lag: by how many periods the robot is known to be behind what it is told.
+        lag: by how many periods the measurement is known to be behind what the robot is told.
     """
 
     def __init__(self, trust: Trust, inner: Estimator | None = None, lag: int = 0) -> None:
@@ -125,6 +123,8 @@ class Blended:
         measured = self._inner(true, expected)
         if expected is None:
             self._expected.clear()
+            if measured is not None:
+                self._expected.append(measured)
             return measured
         self._expected.append(expected)
         if measured is None or not measured.is_finite():

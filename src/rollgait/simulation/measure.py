@@ -8,17 +8,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.mpc.fall import is_fallen
 from rollgait.mpc.state import RobotState
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.simulation.world import World
 
 Array = NDArray[np.float64]
-
-FALLEN_TILT: Final = np.radians(45.0)
-"""Tilt of the base at which the robot counts as fallen, rad."""
-
-FALLEN_HEIGHT: Final = 0.5
-"""Share of its planned height above the ground below which the base counts as fallen."""
 
 _AXES: Final = np.arange(3)
 _UP: Final = np.array([0.0, 0.0, 1.0])
@@ -66,9 +61,7 @@ def has_fallen(world: World, data: Any, ground: float, height: float) -> bool:
         ground: z of the ground, m.
         height: of the base above the ground as it should be, m.
     """
-    up = data.xmat[world.base][8]
-    above = data.qpos[2] - ground
-    return bool(not np.cos(FALLEN_TILT) <= up or not above >= FALLEN_HEIGHT * height)
+    return is_fallen(data.xmat[world.base][8], data.qpos[2] - ground, height)
 
 
 class StateReader:

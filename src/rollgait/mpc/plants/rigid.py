@@ -9,15 +9,13 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from rollgait.dynamics.step import angular_momentum
+from rollgait.mpc.fall import is_fallen
+from rollgait.mpc.stance import standing_state
 from rollgait.mpc.state import Control, RobotState
 from rollgait.robot.robot import GRAVITY, Robot
 
 Array = NDArray[np.float64]
 
-FALLEN_TILT: Final = np.radians(45.0)
-"""Tilt at which the robot counts as fallen, rad."""
-FALLEN_HEIGHT: Final = 0.5
-"""Share of the nominal height below which it counts as fallen."""
 TOLERANCE: Final = 1e-8
 
 
@@ -26,15 +24,18 @@ class RigidPlant:
 
     Args:
         robot: whose figures it has (they need not be the controller's).
-        start: where it begins.
+        start: where it begins; it stands at the origin if not given.
         noise: standard deviation of a random velocity change in each period, m/s (and rad/s).
         seed: of the noise.
     """
 
     name = "rigid"
 
-    def __init__(self, robot: Robot, start: RobotState, noise: float = 0.0, seed: int = 0) -> None:
-        self._robot, self._state, self._noise = robot, start, noise
+    def __init__(
+        self, robot: Robot, start: RobotState | None = None, noise: float = 0.0, seed: int = 0
+    ) -> None:
+        self._robot, self._noise = robot, noise
+        self._state = standing_state(robot) if start is None else start
         self._random = np.random.default_rng(seed)
         self._inverse = np.linalg.inv(robot.inertia_matrix)
         self._pushes: list[tuple[float, Array]] = []
@@ -54,7 +55,8 @@ class RigidPlant:
         x, period = self._state, control.period
         self._pushes = [push for push in self._pushes if push[0] > x.time + 1e-9]
         pushing = np.sum([force for _, force in self._pushes], axis=0) if self._pushes else np.zeros(3)
-        L = np.array(angular_momentum(np, x.euler, x.euler_rate, self._robot.inertia_matrix))
+        I_B = self._robot.inertia_matrix.tolist()
+        L = np.array(angular_momentum(np, x.euler.tolist(), x.euler_rate.tolist(), I_B))
         height = control.end.foot_position[:, 2]
         lift_rate = (height - x.foot_position[:, 2]) / period
         y0 = np.concatenate(
@@ -94,7 +96,7 @@ class RigidPlant:
         x = self._state
         tilt = np.cos(x.euler[1]) * np.cos(x.euler[2])
         height = x.com_position[2] - x.foot_position[:, 2].min()
-        return bool(not tilt >= np.cos(FALLEN_TILT) or not height >= FALLEN_HEIGHT * self._robot.height)
+        return is_fallen(tilt, height, self._robot.height)
 
     def _euler_rate(self, theta: Array, L: Array) -> Array:
         (cz, cy, cx), (sz, sy, sx) = np.cos(theta), np.sin(theta)
@@ -108,22 +110,3 @@ class RigidPlant:
         wx, wy, wz = self._inverse @ (R.T @ L)
         yaw = (sx * wy + cx * wz) / cy
         return np.array([yaw, cx * wy - sx * wz, wx + yaw * sy])
-
-
-def standing_state(
-    robot: Robot, time: float = 0.0, x: float = 0.0, y: float = 0.0, yaw: float = 0.0
-) -> RobotState:
-    """The robot standing level and at rest, its wheels straight ahead, on ground of height 0."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    r = np.array([x, y, robot.height])
-    return RobotState(
-        time=time,
-        com_position=r,
-        euler=np.array([yaw, 0.0, 0.0]),
-        com_velocity=np.zeros(3),
-        euler_rate=np.zeros(3),
-        foot_position=r + robot.stance @ R.T,
-        heading=np.full(4, yaw) + np.array([leg.heading for leg in robot.leg_list]),
-        speed=np.zeros(4),
-    )

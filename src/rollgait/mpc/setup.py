@@ -1,0 +1,102 @@
+"""A closed loop from names: robot, plant, estimator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from rollgait.errors import InputError, MissingExtraError, UnknownNameError
+from rollgait.mpc.estimator import Blended, Delayed, Estimator, Noisy, Trust, Truth
+from rollgait.mpc.gaits import find_gait
+from rollgait.mpc.loop import ClosedLoop
+from rollgait.mpc.mpc import Mpc
+from rollgait.mpc.plants.rigid import RigidPlant
+from rollgait.mpc.settings import MpcSettings
+from rollgait.mpc.stance import standing_state
+from rollgait.mpc.state import Plant
+from rollgait.robot.library import find_robot
+from rollgait.robot.robot import Robot
+from rollgait.robot.whole_body import EXTRA, find_whole_body
+from rollgait.simulation.disturbances import Disturbances
+
+DELAY: Final = 2
+"""Age of what the estimator `delayed` knows, in periods of the controller."""
+
+TRUST: Final = {"mujoco": Trust(place=0.1, posture=0.1, motion=0.1)}
+"""Share of a measurement that is believed in each period, by plant; all of it where none stands here.
+
+Joints that give way under load make a whole body differ from the model by a little all the time: who started
+anew from each measurement would take the sag for the robot's own motion."""
+LAG: Final = {"mujoco": 0}
+"""By how many periods of the controller a plant is behind what it is told; 0 where none stands here."""
+
+ESTIMATORS: Final[dict[str, Callable[[int], Estimator]]] = {
+    "truth": lambda seed: Truth(),
+    "noisy": lambda seed: Noisy(seed=seed),
+    "delayed": lambda seed: Delayed(DELAY),
+}
+"""From a seed of random numbers to what is measured, by name."""
+
+PLANTS: Final = ("rigid", "mujoco")
+
+
+def make_loop(
+    robot: Robot | str = "centauro",
+    plant: str | Plant = "rigid",
+    settings: MpcSettings | None = None,
+    *,
+    gait: str = "drive",
+    estimator: str = "truth",
+    disturbances: Disturbances | None = None,
+    kernels: bool = True,
+    seed: int = 0,
+) -> ClosedLoop:
+    """A controller and what it controls, ready to run.
+
+    >>> from rollgait.mpc.script import RandomScript
+    >>> log = make_loop("centauro").run(RandomScript().script())  # doctest: +SKIP
+
+    Args:
+        robot: of the library by name, a file, or its data.
+        plant: `rigid`, or `mujoco` (needs the extra `whole-body`), each standing at the origin; or one that
+            exists already.
+        settings: of the controller.
+        gait: with which it begins.
+        estimator: what the controller gets to know of the state: `truth`, `noisy` or `delayed`.
+        disturbances: of the plant `mujoco`.
+        kernels: compile the stage functions, where there is a compiler.
+        seed: of the noise.
+
+    Raises:
+        UnknownNameError: no robot, plant, gait or estimator of that name.
+        InputError: disturbances of a plant that knows none.
+        MissingExtraError: MuJoCo or pinocchio is not installed.
+    """
+    if estimator not in ESTIMATORS:
+        raise UnknownNameError("estimator", estimator, ESTIMATORS)
+    find_gait(gait)
+    body = find_robot(robot) if isinstance(robot, str) else robot
+    if isinstance(plant, str):
+        plant = _plant(plant, body, disturbances)
+    elif disturbances is not None:
+        raise InputError("disturbances", plant.name, "must be given when this plant is made")
+    lag = LAG.get(plant.name, 0) + (DELAY if estimator == "delayed" else 0)
+    known = Blended(TRUST.get(plant.name, Trust()), ESTIMATORS[estimator](seed), lag)
+    return ClosedLoop(Mpc(body, settings, gait=gait, kernels=kernels), plant, known)
+
+
+def _plant(name: str, robot: Robot, disturbances: Disturbances | None) -> Plant:
+    if name not in PLANTS:
+        raise UnknownNameError("plant", name, PLANTS)
+    if name == "rigid":
+        if disturbances is not None:
+            raise InputError("disturbances", "rigid", "is a plant that has none; mujoco has them")
+        return RigidPlant(robot)
+    try:
+        import mujoco  # noqa: F401
+    except ImportError:
+        raise MissingExtraError("the plant 'mujoco'", EXTRA) from None
+    body = find_whole_body(robot)
+    from rollgait.simulation.plant import MujocoPlant
+
+    return MujocoPlant(body, robot, standing_state(robot), disturbances=disturbances)
