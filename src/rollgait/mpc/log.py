@@ -222,11 +222,18 @@ class LogWriter:
         self._rows: list[tuple[Any, ...]] = []
 
     def add(
-        self, state: RobotState, control: Control, prediction: Prediction, wanted: Sequence[float]
+        self,
+        state: RobotState,
+        control: Control,
+        prediction: Prediction,
+        wanted: Sequence[float],
+        pose: tuple[Array, Array, Array] | None = None,
     ) -> None:
-        """A step: the true state, what was done, what was expected, and the velocity that is asked for."""
+        """A step: the true state, what was done, what was expected, and the velocity that is asked for.
+
+        With the pose of the whole body in that state, if there is one.
+        """
         status = prediction.status
-        pose = getattr(self._plant, "pose", None)
         base, quaternion, joints = pose if pose is not None else (np.empty(0), np.empty(0), np.empty(0))
         self._rows.append(
             (

@@ -16,8 +16,8 @@ from rollgait.mpc.mpc import Mpc, Prediction
 from rollgait.mpc.script import Script
 from rollgait.mpc.state import Control, Plant, RobotState
 
-Watch = Callable[[float], None]
-"""Called after each step with the time, s."""
+Watch = Callable[[float], bool | None]
+"""Called after each step with the time, s; ends the run if it returns True."""
 
 
 @contextmanager
@@ -86,13 +86,13 @@ class ClosedLoop:
                 while pushes and pushes[0].at <= time + 1e-9:
                     push = pushes.pop(0)
                     self.plant.push(np.array(push.force), push.duration)
-                before = self.plant.state
+                before, pose = self.plant.state, getattr(self.plant, "pose", None)
                 control, prediction = self.step(script.command_at(time))
-                writer.add(before, control, prediction, self.mpc.wanted)
-                if watch is not None:
-                    watch(time)
+                writer.add(before, control, prediction, self.mpc.wanted, pose)
+                stopped = watch is not None and watch(time)
                 if self.plant.fallen:
                     fallen_at = self.time
+                if stopped or self.plant.fallen:
                     break
         return writer.finish(fallen_at, self.mpc.events)
 
