@@ -8,17 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import rollgait
 from rollgait.cli.app import run
 from rollgait.errors import FileError
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.scenario import find_scenario
-from rollgait.view.clip import clip_of_plan, frame_times, open_clip
+from rollgait.view.clip import clip_of_joints, clip_of_log, clip_of_plan, frame_times, open_clip
 from rollgait.view.kinematics import link_poses
 from rollgait.view.margins import friction_use, support_margin
 from rollgait.view.marks import MOST
 from rollgait.view.meshes import simplified
+from rollgait.view.paths import TOLERANCE, segments_of
 from rollgait.view.plots import cursor, draw, plots_of
-from rollgait.view.shapes import ball, cylinder, prism, rim, tyre
+from rollgait.view.shapes import ball, cylinder, prism, revolved, rim, tyre
 from tests.view.builders import motion_plan
 
 PLAN = motion_plan(find_scenario("hybrid-forward"))
@@ -96,6 +98,43 @@ def test_a_simplified_mesh_keeps_its_place_and_size() -> None:
     assert kept.max() < len(fewer)
     np.testing.assert_allclose(fewer.min(axis=0), vertices.min(axis=0), atol=0.1)
     np.testing.assert_allclose(fewer.max(axis=0), vertices.max(axis=0), atol=0.1)
+
+
+def test_a_simplified_mesh_keeps_its_edges() -> None:
+    profile = np.array(
+        [[r, 0.0] for r in np.linspace(0.0, 1.0, 30)] + [[1.0, z] for z in np.linspace(0.05, 1.0, 20)]
+    )
+    vertices, faces = revolved(profile, 96)  # a cup with an edge all around
+    fewer, _ = simplified(vertices, faces, grid=0.17)
+    low = fewer[fewer[:, 2] < 0.1]
+    assert np.linalg.norm(low[:, :2], axis=1).max() > 0.98
+    np.testing.assert_allclose(low[:, 2], 0.0, atol=0.02)
+
+
+def test_a_path_is_drawn_within_its_tolerance() -> None:
+    for leg in range(4):
+        line = CLIP.samples.foot_position[:, leg]
+        ends = segments_of(line)
+        assert len(ends) < 0.3 * len(line)
+        for a, b in ends:
+            chord, way = line[b] - line[a], line[a : b + 1] - line[a]
+            share = np.clip(way @ chord / (chord @ chord), 0.0, 1.0)
+            assert np.linalg.norm(way - share[:, None] * chord, axis=1).max() <= TOLERANCE
+        drawn = np.linalg.norm(line[ends[:, 1]] - line[ends[:, 0]], axis=1).sum()
+        assert drawn == pytest.approx(np.linalg.norm(np.diff(line, axis=0), axis=1).sum(), rel=0.05)
+
+
+@pytest.mark.slow
+def test_joints_and_logs_show_where_their_plan_ends() -> None:
+    pytest.importorskip("pinocchio", reason="the extra 'whole-body' is not installed")
+    pytest.importorskip("mujoco", reason="the extra 'simulation' is not installed")
+    plan = rollgait.plan(
+        find_scenario("wheeled").with_values({"horizon": 2.0, "goal": {"x": 0.3, "yaw_deg": 5.0}})
+    )
+    joints = rollgait.track(plan)
+    goal = clip_of_plan(plan, "").goals[-1].pose
+    for clip in (clip_of_joints(joints, ""), clip_of_log(rollgait.simulate(joints), "")):
+        np.testing.assert_allclose(clip.goals[-1].pose[:4], goal[:4], atol=5e-3)
 
 
 def test_links_are_where_pinocchio_has_them() -> None:

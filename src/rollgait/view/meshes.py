@@ -21,8 +21,8 @@ from rollgait.view.clip import Clip
 from rollgait.view.kinematics import link_poses, origin_of, vector
 from rollgait.view.rotations import wxyz
 
-GRID = 0.022
-"""Vertices within a cube of this side become one, m: a fiftieth of the triangles, and the edges stay."""
+GRID = 0.014
+"""Vertices within a cube of this side become one, m: few are left of a CAD model, and its edges stay."""
 STIFFNESS = 1e-3
 """How strongly a new vertex is held at the mean of those it replaces, against the planes that meet there."""
 COLOUR = "#A8ADB4"

@@ -6,7 +6,7 @@ import numpy as np
 
 from rollgait.view.layers.layer import Layer
 
-MARGIN = 1.5
+MARGIN = 1.0
 """Ground around the motion, m."""
 LIGHT = 0.4
 """Weight of the fine lines; together with the others 1, or viser overshoots where they cross."""
@@ -23,7 +23,7 @@ class Ground(Layer):
         low = np.floor(points.min(axis=0) - MARGIN)
         high = np.ceil(points.max(axis=0) + MARGIN)
         middle, size = 0.5 * (low + high), high - low
-        self.grid = self.scene.add_grid(
+        self.scene.add_grid(
             self.at("grid"),
             width=float(size[0]),
             height=float(size[1]),

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from viser import BatchedMeshHandle
 
 from rollgait.plan.samples import Array
 from rollgait.view import shapes
 from rollgait.view.layers.layer import NOWHERE, Layer, linear, rgb, single
+from rollgait.view.paths import segments_of
 from rollgait.view.rotations import from_z_to, wxyz
 from rollgait.view.style import BASE_COLOUR, LEG_COLOURS
 
-TOLERANCE = 0.003
-"""How far a drawn path may be from the true one, m: half of its thickness, and a tenth of the segments."""
+COARSE = 2
+"""The past grows every so many frames, fifteen times a second: a tenth of the time of drawing."""
 THIN, THICK = 0.009, 0.014
 """Thickness of the future and of the past, m."""
 ABOVE = 0.004
@@ -33,10 +33,11 @@ class Paths(Layer):
     def draw(self) -> None:
         s = self.clip.samples
         self._way = np.stack([s.com_position, *s.foot_position.transpose(1, 0, 2)])
-        ends = [_segments(line) for line in self._way]
+        ends = [segments_of(line) for line in self._way]
         self._ends = np.concatenate(ends)
         self._line = np.repeat(np.arange(len(ends)), [len(each) for each in ends])
         begin, end = self._way[self._line[:, None], self._ends].swapaxes(0, 1)
+        self._drawn = -1
         self._from, self._chord = begin + np.array([0.0, 0.0, ABOVE]), end - begin
         low = THICK if not self.look.ghost else 0.0  # the past hides the future under it
         self._add("future", THIN, FAINT, low)
@@ -69,31 +70,14 @@ class Paths(Layer):
         return np.column_stack([width, width, length])
 
     def show(self, index: int) -> None:
-        if self.look.ghost:
+        last = len(self._way[0]) - 1
+        index = index if index == last else index - index % COARSE
+        if self.look.ghost or index == self._drawn:
             return
+        self._drawn = index
         done = self._way[self._line, np.clip(index, *self._ends.T)] + [0.0, 0.0, ABOVE] - self._from
         share = np.einsum("ij,ij->i", done, self._chord) / np.einsum("ij,ij->i", self._chord, self._chord)
         self.past.batched_scales = single(self._scales(np.clip(share, 0.0, 1.0)))
-
-
-def _segments(line: Array) -> NDArray[np.intp]:
-    """Frames at the ends of as few segments as follow a line (n, 3) within the tolerance, (m, 2)."""
-    kept, open_spans = [0, len(line) - 1], [(0, len(line) - 1)]
-    while open_spans:  # Ramer, Douglas and Peucker: split where the line is farthest from its chord
-        a, b = open_spans.pop()
-        if b - a < 2:
-            continue
-        chord, way = line[b] - line[a], line[a + 1 : b] - line[a]
-        share = np.clip(way @ chord / max(float(chord @ chord), 1e-12), 0.0, 1.0)
-        distance = np.linalg.norm(way - share[:, None] * chord, axis=1)
-        if distance.max() > TOLERANCE:
-            middle = a + 1 + int(distance.argmax())
-            kept.append(middle)
-            open_spans += [(a, middle), (middle, b)]
-    frames = np.array(sorted(kept))
-    moved = np.linalg.norm(np.diff(line[frames], axis=0), axis=1) > 0.0  # a foot that stands draws nothing
-    ends: NDArray[np.intp] = np.column_stack([frames[:-1], frames[1:]])[moved]
-    return ends
 
 
 class Footholds(Layer):
