@@ -19,6 +19,8 @@ from rollgait.ocp.lift import minimum_jerk
 Array = NDArray[np.float64]
 
 FEET: Final = 4
+BRAKING: Final = 1.5
+"""Before wheels are locked the robot may brake for so long, s."""
 LEAD: Final = 0.6
 """Between a change of gait and its first lift-off all feet stand, s: time to shift the weight."""
 KEPT: Final = 2.0
@@ -42,6 +44,7 @@ class GaitClock:
     def __init__(self, gait: str, time: float = 0.0) -> None:
         self._gait = find_gait(gait)
         self._origin = time + LEAD
+        self._locked_from = time if self._gait.wheels == "locked" else math.inf
         self._time = time
         self._done: list[TimedSwing] = []
 
@@ -58,8 +61,22 @@ class GaitClock:
         self.advance(time)
         begun = self._begun(time)
         self._done = begun
-        landed = max((swing.touch_down for swing in begun), default=time)
-        self._gait, self._origin = new, max(landed, time) + LEAD
+        standing = max(time, *(swing.touch_down for swing in begun)) if begun else time
+        if new.wheels != "locked":
+            self._locked_from = math.inf
+        elif not self.locked(time):
+            standing += BRAKING
+            self._locked_from = standing
+        self._gait, self._origin = new, standing + LEAD
+
+    def locked(self, time: float) -> bool:
+        """Whether wheels on the ground stand still at a time."""
+        return time >= self._locked_from
+
+    @property
+    def brakes(self) -> bool:
+        """Whether the robot shall come to rest: the gait says so, or it is about to lock its wheels."""
+        return self._gait.brakes or (self._gait.wheels == "locked" and not self.locked(self._time))
 
     def advance(self, time: float) -> None:
         """Lets the past be past: what began before `time` can no longer change."""

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 FORCE_ROOM: Final = 0.02
 """Smallest range of a force, in weights of the robot: an interior-point method needs room."""
+CENTRING_RATE: Final = 1.0
+"""Share of the way per second at which the stance changes with the gait."""
 SMALL_MOMENT: Final = 1e-4
 """m²: lets two feet share the weight that cannot balance it about their line."""
 
@@ -44,6 +46,8 @@ class Filling:
         self._force_max = np.array([leg.force_max for leg in legs])
         self.speed_limit: Array = np.maximum(self._speed, bounds.swing_speed_max)
         self.robot = problem.robot
+        self.stance: Array = self.robot.stance
+        self._centred = 0.0
         self.set_weights(settings.weights)
         self._put_limits("second_motion", -self._steering_rate[:, None], self._steering_rate[:, None])
         for stage in self._stages:
@@ -55,6 +59,7 @@ class Filling:
     def set_robot(self, robot: Robot) -> None:
         """Mass, inertia, stance and limbs of a robot with the same feet."""
         self.robot = robot
+        self.stance, self._centred = robot.stance, 0.0
         upper = np.triu_indices(3)
         margin = np.radians(self._settings.bounds.joint_margin_deg)
         for stage in self._stages:
@@ -100,10 +105,10 @@ class Filling:
         points = (edges[:-1, None] + h * np.array(POINTS)).ravel()
         height, rate = clock.lift(np.concatenate([edges, points]))
         height, rate = height[: count + 1], rate[count + 1 :]
-        locked = clock.gait.wheels == "locked"
+        locked = np.array([clock.locked(float(begin)) for begin in edges[:-1]])
         stage, bounds = self._problem.interval, self._settings.bounds
         stage.numbers("stands")[:] = stands
-        moves = 1.0 - share if locked else np.ones_like(share)
+        moves = np.where(locked, 1.0 - share, 1.0)
         stage.numbers("moves")[:] = np.repeat(moves, 2, axis=0)
         stage.numbers("foot_z")[:] = self.ground[:, None] + height[:-1].T
         self._problem.end.numbers("foot_z")[:] = (self.ground + height[-1])[:, None]
@@ -123,7 +128,7 @@ class Filling:
 
     def _static_forces(self, share: Array) -> Array:
         """Vertical forces that would carry the robot at its nominal stance, (4, N), in its weights."""
-        p = self.robot.stance[:, :2]
+        p = self.stance[:, :2]
         A = np.vstack([np.ones(4), p.T])
         gram = np.einsum("il,lk,jl->kij", A, share, A)
         gram[:, (1, 2), (1, 2)] += SMALL_MOMENT
@@ -132,6 +137,17 @@ class Filling:
         )
         forces: Array = np.maximum(share * (A.T @ multipliers[:, :, 0].T), 0.0)
         return forces
+
+    def put_stance(self, centred: float, elapsed: float) -> None:
+        """Leads the nominal stance to where the CoM is that share of the way over the middle of the feet."""
+        change = np.clip(centred - self._centred, -CENTRING_RATE * elapsed, CENTRING_RATE * elapsed)
+        if change == 0.0:
+            return
+        self._centred += float(change)
+        self.stance = self.robot.stance.copy()
+        self.stance[:, :2] -= self._centred * self.robot.stance[:, :2].mean(axis=0)
+        for stage in self._stages:
+            self._all(stage, "stance", self.stance.ravel())
 
     def put_reference(self, reference: Reference) -> None:
         """Where the robot is wanted."""

@@ -20,6 +20,7 @@ class CyclicGait:
         wheels: `locked` wheels stand still on the ground.
         brakes: velocities that are commanded count as zero.
         clearance: height of a foot in the middle of its swing, m.
+        centred: share of the way by which the CoM moves over the middle of the feet.
         speed_max, turn_rate_max: what the gait can follow, m/s and rad/s.
     """
 
@@ -30,10 +31,13 @@ class CyclicGait:
     wheels: Literal["rolling", "locked"] = "rolling"
     brakes: bool = False
     clearance: float = 0.08
+    centred: float = 0.0
     speed_max: float = 1.0
     turn_rate_max: float = 1.0
 
 
+CENTRED: Final = 0.5
+"""A robot that carries its weight in front falls over a front foot in the air unless it leans back."""
 _ONE_BY_ONE: Final = (0.75, 0.25, 0.5, 0.0)
 """HR, FR, HL, FL: the paper's order."""
 
@@ -42,17 +46,20 @@ GAITS: Final = {
     for gait in (
         CyclicGait("stand", brakes=True),
         CyclicGait("drive"),
-        CyclicGait("crawl", period=4.0, swing=0.8, phase=_ONE_BY_ONE),
+        CyclicGait("crawl", period=4.0, swing=0.8, phase=_ONE_BY_ONE, centred=CENTRED),
         CyclicGait(
             "walk",
             period=4.0,
             swing=0.8,
             phase=_ONE_BY_ONE,
             wheels="locked",
+            centred=CENTRED,
             speed_max=0.05,
             turn_rate_max=0.05,
         ),
-        CyclicGait("trot", period=1.0, swing=0.3, phase=(0.0, 0.5, 0.5, 0.0), clearance=0.05),
+        CyclicGait(
+            "trot", period=1.0, swing=0.3, phase=(0.0, 0.5, 0.5, 0.0), clearance=0.05, centred=CENTRED
+        ),
     )
 }
 

@@ -209,6 +209,15 @@ class MpcReport:
         """Whether the robot stayed on its feet and under control."""
         return self.fallen_at is None and self.standing == 0
 
+    @property
+    def verdict(self) -> str:
+        """One sentence: what became of the robot."""
+        if self.fallen_at is not None:
+            return f"the robot falls at {self.fallen_at:.2f} s"
+        if self.standing:
+            return f"the robot stands for good after {self.duration - self.standing / self.rate:.2f} s"
+        return "the robot stays on its feet"
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""
         return asdict(self) | {"passed": self.passed}

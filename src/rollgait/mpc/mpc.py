@@ -51,8 +51,8 @@ USABLE: Final = 0.2
 """Violation from which on an iterate is not used: its motion is not one that the robot could make."""
 REPAIRED: Final = 0.02
 """Violation from which on a step iterates again, if there is time: after a push, or a change of gait."""
-REPAIRS: Final = 3
-"""At most so often."""
+REPAIR_ITERATIONS: Final = 6
+"""How many then."""
 FAILURES_MAX: Final = 10
 """So many failed solves in a row bring the robot to a stand for good."""
 MISSING_MAX: Final = 0.1
@@ -351,10 +351,9 @@ class Mpc:
         limit = fill.speed_limit
         it.previous[12:] = np.clip(it.previous[12:], -limit, limit)
         fill.put_state(it.first_node)
+        fill.put_stance(self.clock.gait.centred, elapsed)
         fill.put_contact(self.clock, state.time)
-        reference = self._reference.look_ahead(
-            state, command, self.clock.gait, elapsed, fill.count, fill.interval
-        )
+        reference = self._reference.look_ahead(state, command, self.clock, elapsed, fill.count, fill.interval)
         fill.put_reference(reference)
         return reference
 
@@ -364,12 +363,10 @@ class Mpc:
         nlp, solver = self._problem.nlp, self._solver
         solution = solver.solve(self._iterate.variables(), until=deadline)
         iterations = solution.iterations
-        for _ in range(REPAIRS):
-            violation = _violation(nlp, solution)
-            if violation <= REPAIRED or wall.perf_counter() > deadline:
-                break
-            guess = solution.w if np.isfinite(solution.w).all() else self._iterate.variables()
-            solution = solver.solve(guess, until=deadline)
+        if _violation(nlp, solution) > REPAIRED and wall.perf_counter() < deadline:
+            # from the same guess: a second start from a first iterate would lose its barrier
+            more = max(REPAIR_ITERATIONS, self.settings.iterations)
+            solution = solver.solve(self._iterate.variables(), until=deadline, iterations=more)
             iterations += solution.iterations
         violation = _violation(nlp, solution)
         finite = math.isfinite(violation)
@@ -400,7 +397,7 @@ class Mpc:
         if self._stands:
             force, motion = self._standing.inputs(state, contact, previous)
         else:
-            force, motion = self._inputs(contact, previous)
+            force, motion = self._inputs(state.time, contact, previous)
         it = self._iterate
         it.previous[:12] = force.ravel() / robot.weight
         it.previous[12:] = motion[:, 0]
@@ -409,13 +406,15 @@ class Mpc:
             end = self._standing.settle(end, period)
         return Control(state, end, force, motion, contact)
 
-    def _inputs(self, contact: NDArray[np.bool_], previous: Control | None) -> tuple[Array, Array]:
+    def _inputs(
+        self, now: float, contact: NDArray[np.bool_], previous: Control | None
+    ) -> tuple[Array, Array]:
         """Forces and motions of the plan now. Speeds change no faster than the bounds allow."""
         layout, it, bounds = self._problem.layout, self._iterate, self.settings.bounds
         u = it.inputs[0]
         force = contact[:, None] * u[layout.inputs["force"]].reshape(4, 3) * self._fill.robot.weight
         motion = u[layout.inputs["motion"]].reshape(4, 2).copy()
-        locked = contact & (self.clock.gait.wheels == "locked")
+        locked = contact & self.clock.locked(now)
         motion[locked] = 0.0
         before = np.zeros(4) if previous is None else previous.motion[:, 0]
         limit = self.settings.period * np.where(
@@ -430,7 +429,6 @@ class Mpc:
         ground, t = self._fill.ground, state.time
         points = [t, t + period, *(t + period * point for point in POINTS)]
         height, rate = self.clock.lift(np.array(points))
-        robot = self._fill.robot
         theta, p = state.euler.tolist(), state.foot_position.tolist()
         z, heading = (ground + height[0]).tolist(), state.heading.tolist()
         L = angular_momentum(math, theta, state.euler_rate.tolist(), self._inertia)

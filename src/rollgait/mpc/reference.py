@@ -14,8 +14,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.command import PoseCommand, VelocityCommand
-from rollgait.mpc.gaits import CyclicGait
 from rollgait.mpc.settings import CommandLimits
 from rollgait.mpc.state import RobotState
 from rollgait.robot.robot import Robot
@@ -75,7 +75,6 @@ class ReferenceMaker:
         self._pose: Pose = (0.0, 0.0, 0.0)
         self._twist: Twist = (0.0, 0.0, 0.0)
         self._backward = np.zeros(4, dtype=bool)
-        self._hold = np.zeros(4)
         self._height_change = 0.0
 
     @property
@@ -93,20 +92,19 @@ class ReferenceMaker:
         self._pose = (float(state.com_position[0]), float(state.com_position[1]), float(state.euler[0]))
         self._twist = (0.0, 0.0, 0.0)
         self._backward[:] = False
-        self._hold = state.heading - state.euler[0]
 
     def look_ahead(
         self,
         state: RobotState,
         command: VelocityCommand | PoseCommand,
-        gait: CyclicGait,
+        clock: GaitClock,
         elapsed: float,
         count: int,
         interval: float,
     ) -> Reference:
         """Moves on by `elapsed` s, and returns the reference of the next `count` intervals."""
-        aligned, wait = self._alignment(state, command, gait)
-        self._pose, self._twist = self._advance(self._pose, self._twist, command, gait, elapsed, aligned)
+        aligned, wait = self._alignment(state, command, clock)
+        self._pose, self._twist = self._advance(self._pose, self._twist, command, clock, elapsed, aligned)
         self._pose = self._on_leash(self._pose, state)
         change = command.height_change - self._height_change
         self._height_change += float(np.clip(change, -0.1 * elapsed, 0.1 * elapsed))
@@ -115,8 +113,8 @@ class ReferenceMaker:
         for k in range(count + 1):
             poses[:, k], twists[:, k] = pose, twist
             scale = aligned if k * interval < wait else 1.0
-            pose, twist = self._advance(pose, twist, command, gait, interval, scale)
-        return self._with_wheels(state, poses, twists, wait, interval, command, gait)
+            pose, twist = self._advance(pose, twist, command, clock, interval, scale)
+        return self._with_wheels(state, poses, twists, wait, interval, command, clock)
 
     # -- the pose ----------------------------------------------------------------------------------------
 
@@ -125,11 +123,11 @@ class ReferenceMaker:
         pose: Pose,
         twist: Twist,
         command: VelocityCommand | PoseCommand,
-        gait: CyclicGait,
+        clock: GaitClock,
         time: float,
         scale: float,
     ) -> tuple[Pose, Twist]:
-        wanted = self._wanted(pose, command, gait)
+        wanted = self._wanted(pose, command, clock)
         forward, lateral, turn = (scale * value for value in wanted)
         limits = self._limits
         dx, dy = forward - twist[0], lateral - twist[1]
@@ -150,9 +148,10 @@ class ReferenceMaker:
         )
         return moved, new
 
-    def _wanted(self, pose: Pose, command: VelocityCommand | PoseCommand, gait: CyclicGait) -> Twist:
+    def _wanted(self, pose: Pose, command: VelocityCommand | PoseCommand, clock: GaitClock) -> Twist:
         """The twist that the command asks for at a pose."""
-        if gait.brakes:
+        gait = clock.gait
+        if clock.brakes:
             return (0.0, 0.0, 0.0)
         if isinstance(command, VelocityCommand):
             forward, lateral, turn = command.forward, command.lateral, command.turn_rate
@@ -188,12 +187,12 @@ class ReferenceMaker:
         return np.stack([twist[0] - twist[2] * y, twist[1] + twist[2] * x])
 
     def _alignment(
-        self, state: RobotState, command: VelocityCommand | PoseCommand, gait: CyclicGait
+        self, state: RobotState, command: VelocityCommand | PoseCommand, clock: GaitClock
     ) -> tuple[float, float]:
         """How well the wheels point to where they shall go, 0 … 1, and how long until they do, s."""
-        if gait.wheels == "locked":
+        if clock.gait.wheels == "locked":
             return 1.0, 0.0
-        wanted = self._foot_velocity(np.array(self._wanted(self._pose, command, gait)))
+        wanted = self._foot_velocity(np.array(self._wanted(self._pose, command, clock)))
         moves = np.hypot(*wanted) > SLOW
         if not moves.any():
             return 1.0, 0.0
@@ -224,15 +223,16 @@ class ReferenceMaker:
         wait: float,
         interval: float,
         command: VelocityCommand | PoseCommand,
-        gait: CyclicGait,
+        clock: GaitClock,
     ) -> Reference:
         count = poses.shape[1]
         velocity = self._foot_velocity(twists)
         size = np.hypot(velocity[0], velocity[1])
         c, s = np.cos(poses[2]), np.sin(poses[2])
         steering = state.heading - state.euler[0]
-        wanted = self._foot_velocity(np.array(self._wanted(self._pose, command, gait)))
-        moves = (np.hypot(*wanted) > SLOW) & (gait.wheels == "rolling")
+        wanted = self._foot_velocity(np.array(self._wanted(self._pose, command, clock)))
+        rolls = clock.gait.wheels == "rolling"
+        moves = np.hypot(*wanted) > SLOW
         goal, _ = self._steering(wanted, steering, moves)
         sign = np.where(self._backward, -1.0, 1.0)
         angle = np.arctan2(velocity[1], velocity[0]) + np.where(self._backward, np.pi, 0.0)[:, None]
@@ -240,14 +240,13 @@ class ReferenceMaker:
         moving = (size > SLOW) & moves[:, None]
         ahead = np.where(moving, near, goal[:, None])
         # a foot at rest keeps its heading in the world
-        self._hold = np.where(moves, goal, self._hold)
         heading = np.where(moves[:, None], poses[2] + ahead, state.heading[:, None] + np.zeros(count))
         left = np.maximum(
             0.0,
             np.abs(goal - steering)[:, None]
             - STEERING_SHARE * self._steering_rate * interval * np.arange(count),
         )
-        speed = sign[:, None] * size * np.cos(np.minimum(left, 0.5 * np.pi)) * (gait.wheels == "rolling")
+        speed = sign[:, None] * size * np.cos(np.minimum(left, 0.5 * np.pi)) * rolls
         rate = np.stack([c * twists[0] - s * twists[1], s * twists[0] + c * twists[1], 0 * c, twists[2]])
         pose = np.stack([poses[0], poses[1], np.full(count, self._height + self._height_change), poses[2]])
         return Reference(pose, rate, heading, speed)

@@ -85,11 +85,12 @@ class DirectFatrop:
         progress: Progress | None = None,
         warm: bool = False,
         until: float = math.inf,
+        iterations: int | None = None,
     ) -> Solution:
         """The solution from a guess of the free variables; `warm` says that the guess is near a solution.
 
         Limits and parameters are those that the NLP has now. After `until` (a time of `time.perf_counter`, s)
-        no further iteration begins.
+        no further iteration begins; `iterations` stands in for the option `max_iter`.
 
         Raises:
             KeyboardInterrupt: the user interrupted it.
@@ -99,7 +100,10 @@ class DirectFatrop:
         self._least, self._least_at = np.inf, 0
         self._until, self._known = until, (np.empty(0), 0.0, np.empty(0))
         self._rows.load_bounds()
-        for name, value in (self._options | (self._warm_options if warm else {})).items():
+        options = self._options | (self._warm_options if warm else {})
+        if iterations is not None:
+            options = options | {"max_iter": iterations}
+        for name, value in options.items():
             kind = "double" if isinstance(value, float) else "int"
             getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
         with deferred_interrupt() as self._stop:
