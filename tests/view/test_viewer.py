@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,7 +14,8 @@ from numpy.typing import NDArray
 
 from tests.view.browser import browser, centre, near, needs_chromium, settled
 
-from rollgait.errors import InputError  # isort: skip  # the line above skips where viser is absent
+from rollgait.cli.app import run  # isort: skip  # the line above skips where viser is absent
+from rollgait.errors import InputError  # isort: skip
 from rollgait.plan.plan import Plan  # isort: skip
 from rollgait.scenario import find_scenario  # isort: skip
 from rollgait.view.clip import clip_of_plan  # isort: skip
@@ -189,6 +191,35 @@ def test_a_second_browser_sees_the_same_and_may_leave_during_a_solve(page: Any, 
     scrub(page, viewer, 0.5)
 
 
-def test_a_port_in_use_is_refused(viewer: Viewer) -> None:
+@pytest.mark.parametrize(("content", "said"), [("no plan", "is neither a plan"), ("newer", "version")])
+def test_an_uploaded_file_that_cannot_be_shown_is_refused(
+    page: Any, viewer: Viewer, tmp_path: Path, content: str, said: str
+) -> None:
+    path = tmp_path / "mine.npz"
+    if content == "newer":
+        motion_plan(SCENARIO).save(path)
+        with np.load(path) as data:
+            arrays = {key: data[key] for key in data.files}
+        header = json.loads(str(arrays["header"])) | {"version": 99}
+        np.savez(path, **(arrays | {"header": np.array(json.dumps(header))}))
+    else:
+        path.write_text(content)
+    shown = viewer.clip
+    page.get_by_role("tab", name="Files").click()
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Open a plan, joints or a log").click()
+    chooser.value.set_files(path)
+    note = page.get_by_text(said)
+    note.wait_for()
+    assert "mine.npz" in note.inner_text()
+    assert str(tmp_path) not in note.inner_text()
+    assert viewer.clip is shown
+
+
+def test_a_port_in_use_is_refused(viewer: Viewer, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    port = viewer.server.get_port()
     with pytest.raises(InputError, match="in use"):
-        Viewer(viewer.clip, port=viewer.server.get_port())
+        Viewer(viewer.clip, port=port)
+    plan = motion_plan(SCENARIO).save(tmp_path / "plan.npz")
+    assert run(["view", str(plan), "--port", str(port)]) == 2
+    assert "in use" in capsys.readouterr().err
