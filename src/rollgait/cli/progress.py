@@ -13,12 +13,12 @@ if TYPE_CHECKING:
     from rollgait.solvers import Iteration
 
 
-class Progress:
-    """Shows each iteration that it is called with; shows nothing if stderr is not a terminal."""
+class StatusLine:
+    """Shows one line, and then another in its place; nothing if stderr is not a terminal."""
 
-    def __init__(self, quiet: bool = False) -> None:
+    def __init__(self, text: str, quiet: bool = False) -> None:
         shown = ERRORS.is_terminal and not quiet
-        self._status: Status | None = ERRORS.status("building the problem …") if shown else None
+        self._status: Status | None = ERRORS.status(text) if shown else None
 
     def __enter__(self) -> Self:
         if self._status is not None:
@@ -31,10 +31,19 @@ class Progress:
         if self._status is not None:
             self._status.stop()
 
-    def __call__(self, iteration: Iteration) -> None:
-        """Shows the iteration of the solver."""
+    def show(self, text: str) -> None:
+        """Another line."""
         if self._status is not None:
-            cost, violation = number(iteration.cost, 6), number(iteration.violation, 2)
-            self._status.update(
-                f"{iteration.task} … iteration {iteration.number:3d}   cost {cost}   violation {violation}"
-            )
+            self._status.update(text)
+
+
+class Progress(StatusLine):
+    """Shows each iteration of the solver that it is called with."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        super().__init__("building the problem …", quiet)
+
+    def __call__(self, iteration: Iteration) -> None:
+        """Shows the iteration."""
+        cost, violation = number(iteration.cost, 6), number(iteration.violation, 2)
+        self.show(f"{iteration.task} … iteration {iteration.number:3d}   cost {cost}   violation {violation}")

@@ -7,11 +7,8 @@ from typing import Annotated
 
 import typer
 
-from rollgait.cli.view import MotionFile, need_viser
-from rollgait.errors import UnknownNameError
-from rollgait.files import check_writable
-
-FORMATS = ("html", "mp4", "gif")
+from rollgait.cli.recordings import check_recording, write_recording
+from rollgait.cli.view import MotionFile
 
 
 def record(
@@ -29,21 +26,10 @@ def record(
     Exit status: 0 done, 2 wrong input.
     """
     target = out or Path(f"{file.name.removesuffix('.npz')}.html")
-    suffix = target.suffix.removeprefix(".")
-    if suffix not in FORMATS:
-        raise UnknownNameError("out", target.name, FORMATS, "must end in a format that is known")
-    check_writable(target)
-    need_viser("a recording")
+    check_recording(target, "out")
     from rollgait.view.clip import open_clip
 
     clip = open_clip(file)
     ghost = None if compare is None else open_clip(compare)
-    if suffix == "html":
-        from rollgait.view.recording import record_page
-
-        record_page(clip, target, ghost)
-    else:
-        from rollgait.view.video import record_gif, record_video
-
-        (record_gif if suffix == "gif" else record_video)(clip, target, ghost)
+    write_recording(clip, target, ghost)
     print(target)

@@ -11,7 +11,7 @@ import typer
 from rollgait.errors import InputError, MissingExtraError
 
 MotionFile = Annotated[
-    Path, typer.Argument(metavar="FILE", help="A plan, a joint trajectory or a simulation log (.npz).")
+    Path, typer.Argument(metavar="FILE", help="A plan, a joint trajectory or a log (.npz).")
 ]
 LOOPBACK = "127.0.0.1"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Final
 
@@ -13,10 +14,11 @@ from rollgait.mpc.mpc import Mpc
 from rollgait.mpc.plants.rigid import RigidPlant
 from rollgait.mpc.settings import MpcSettings
 from rollgait.mpc.stance import standing_state
-from rollgait.mpc.state import Plant
+from rollgait.mpc.state import Plant, RobotState
 from rollgait.robot.library import find_robot
 from rollgait.robot.robot import Robot
 from rollgait.robot.whole_body import EXTRA, find_whole_body
+from rollgait.scenario import Start
 from rollgait.simulation.disturbances import Disturbances
 
 DELAY: Final = 2
@@ -50,6 +52,7 @@ def make_loop(
     disturbances: Disturbances | None = None,
     kernels: bool = True,
     seed: int = 0,
+    start: Start | None = None,
 ) -> ClosedLoop:
     """A controller and what it controls, ready to run.
 
@@ -58,14 +61,14 @@ def make_loop(
 
     Args:
         robot: of the library by name, a file, or its data.
-        plant: `rigid`, or `mujoco` (needs the extra `whole-body`), each standing at the origin; or one that
-            exists already.
+        plant: `rigid`, or `mujoco` (needs the extra `whole-body`); or one that exists already.
         settings: of the controller.
         gait: with which it begins.
         estimator: what the controller gets to know of the state: `truth`, `noisy` or `delayed`.
         disturbances: of the plant `mujoco`.
         kernels: compile the stage functions, where there is a compiler.
         seed: of the noise.
+        start: place and yaw where a plant that is made here stands; the origin if not given.
 
     Raises:
         UnknownNameError: no robot, plant, gait or estimator of that name.
@@ -77,7 +80,9 @@ def make_loop(
     find_gait(gait)
     body = find_robot(robot) if isinstance(robot, str) else robot
     if isinstance(plant, str):
-        plant = _plant(plant, body, disturbances)
+        place = start or Start()
+        stands = standing_state(body, x=place.x, y=place.y, yaw=math.radians(place.yaw_deg))
+        plant = _plant(plant, body, stands, disturbances)
     elif disturbances is not None:
         raise InputError("disturbances", plant.name, "must be given when this plant is made")
     lag = LAG.get(plant.name, 0) + (DELAY if estimator == "delayed" else 0)
@@ -85,13 +90,13 @@ def make_loop(
     return ClosedLoop(Mpc(body, settings, gait=gait, kernels=kernels), plant, known)
 
 
-def _plant(name: str, robot: Robot, disturbances: Disturbances | None) -> Plant:
+def _plant(name: str, robot: Robot, start: RobotState, disturbances: Disturbances | None) -> Plant:
     if name not in PLANTS:
         raise UnknownNameError("plant", name, PLANTS)
     if name == "rigid":
         if disturbances is not None:
             raise InputError("disturbances", "rigid", "is a plant that has none; mujoco has them")
-        return RigidPlant(robot)
+        return RigidPlant(robot, start)
     try:
         import mujoco  # noqa: F401
     except ImportError:
@@ -99,4 +104,4 @@ def _plant(name: str, robot: Robot, disturbances: Disturbances | None) -> Plant:
     body = find_whole_body(robot)
     from rollgait.simulation.plant import MujocoPlant
 
-    return MujocoPlant(body, robot, standing_state(robot), disturbances=disturbances)
+    return MujocoPlant(body, robot, start, disturbances=disturbances)

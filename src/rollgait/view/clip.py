@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.errors import FileError
+from rollgait.mpc.log import FORMAT as MPC_LOG
+from rollgait.mpc.log import MpcLog
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array, Samples
 from rollgait.robot.robot import Robot
@@ -61,7 +63,7 @@ class Clip:
 
     Attributes:
         name: what a person calls it.
-        kind: plan, joints or simulation.
+        kind: plan, joints, simulation or mpc.
         robot: the planner's robot.
         samples: the motion at the frames, (n, …).
         ground: height of the ground, m.
@@ -189,7 +191,7 @@ def _end(com_position: Array, euler: Array) -> Goal:
 
 
 def open_clip(path: str | Path) -> Clip:
-    """The clip in a file: a plan, a joint trajectory or a simulation log. Runs no code from the file.
+    """The clip in a file: a plan, joints, or a log of physics or of the controller. Runs no code of it.
 
     Raises:
         FileError: the file is missing, is none of these, or has a version that is not known here.
@@ -201,6 +203,10 @@ def open_clip(path: str | Path) -> Clip:
         return clip_of_joints(JointTrajectory.load(file), name)
     if kind == "rollgait-simulation":
         return clip_of_log(SimulationLog.load(file), name)
+    if kind == MPC_LOG:
+        from rollgait.view.mpc_clip import clip_of_mpc
+
+        return clip_of_mpc(MpcLog.load(file), name)
     return clip_of_plan(Plan.load(file), name)
 
 
@@ -210,7 +216,7 @@ def kind_of(path: Path) -> str:
     Raises:
         FileError: the file cannot be read, or is not one of ours.
     """
-    rule = "is neither a plan nor a joint trajectory nor a simulation log that rollgait saved"
+    rule = "is neither a plan nor a joint trajectory nor a log that rollgait saved"
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
             header = json.loads(str(data["header"]))

@@ -1,0 +1,258 @@
+"""`rollgait mpc`: the controller drives a model or the simulated robot, and a report says how well."""
+
+from __future__ import annotations
+
+import logging
+import math
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from rollgait.cli.arguments import AsJson, Kernels
+from rollgait.cli.output import number, print_json, print_table
+from rollgait.cli.progress import StatusLine
+from rollgait.cli.recordings import check_recording, write_recording
+from rollgait.cli.simulate import Friction, Latency, PayloadText, RadiusError, Slope, disturbances_from
+
+if TYPE_CHECKING:
+    from rollgait.cli.mpc_input import Asked
+    from rollgait.mpc.log import MpcLog, MpcReport
+    from rollgait.mpc.loop import ClosedLoop
+    from rollgait.mpc.settings import MpcSettings
+
+MILLI = 1e3
+INTERRUPTED = 130
+"""Exit status after Ctrl-C, as shells count it: 128 + SIGINT."""
+DATA = ("npz",)
+EVENTS_SHOWN = 12
+"""Events that a person reads; --json and the log have all."""
+SHOWN_EVERY = 0.2
+"""Between two changes of the progress line, s of the robot's time."""
+
+
+def mpc(
+    robot: Annotated[
+        str | None,
+        typer.Argument(metavar="ROBOT", help="Name of a robot or a YAML file. Default: centauro."),
+    ] = None,
+    plant: Annotated[
+        str, typer.Option(metavar="NAME", help="What is controlled: rigid, mujoco or replay:LOG.npz.")
+    ] = "rigid",
+    command: Annotated[
+        str,
+        typer.Option(
+            metavar="WHAT",
+            help="random; velocities such as forward=0.3,turn_rate=0.2; a pose such as x=1,yaw_deg=90; a "
+            "script or a scenario (.yaml, or a scenario's name).",
+        ),
+    ] = "random",
+    gait: Annotated[
+        str | None, typer.Option(metavar="NAME", help="One gait all the time: stand, drive, crawl …")
+    ] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option(metavar="S", help="Length of the run. Default: 20, or the command's."),
+    ] = None,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of all that is random.")] = 0,
+    push: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="FORCE@START",
+            help="Push the base, e.g. 100N@5s or 50N:-y@3s:0.2s; 100N/5s is every 5 s in random directions. "
+            "Repeatable.",
+        ),
+    ] = None,
+    estimator: Annotated[
+        str, typer.Option(metavar="NAME", help="What is known of the state: truth, noisy or delayed.")
+    ] = "truth",
+    horizon: Annotated[float | None, typer.Option(metavar="S", help="Of the controller.")] = None,
+    interval: Annotated[float | None, typer.Option(metavar="S", help="Of its horizon.")] = None,
+    iterations: Annotated[
+        int | None, typer.Option(metavar="N", help="Most iterations of a step; 1 is the real-time iteration.")
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Set a key of the controller, e.g. weights.acc=2; repeatable.",
+        ),
+    ] = None,
+    payload: PayloadText = None,
+    friction: Friction = None,
+    radius_error: RadiusError = None,
+    latency: Latency = None,
+    slope: Slope = None,
+    kernels: Kernels = True,
+    record: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the log (.npz), a page (.html) or a film.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Let the controller follow commands, and report how well and how quickly it did.
+
+    Exit status: 0 if the robot stays on its feet, 1 if it falls or stands for good, 2 wrong input.
+    """
+    from rollgait.cli.mpc_input import REPLAY, asked_from, settings_from
+
+    if record is not None:
+        check_recording(record, "record", DATA)
+    given = {"horizon": horizon, "interval": interval, "iterations": iterations}
+    asked = asked_from(command, gait, duration, seed, push or ())
+    chosen = settings_from(given, settings or ())
+    disturbed = (payload, friction, radius_error, latency, slope)
+    with StatusLine("building the controller …", quiet=as_json) as line:
+        loop = _loop(robot, plant, asked, chosen, estimator, disturbed, kernels, seed)
+        if plant.startswith(REPLAY):
+            asked = _no_longer(asked, loop)
+        with _stopping() as stop:
+            log = loop.run(asked.script, _Watch(line, asked.script.duration, stop))
+    file = None if record is None else str(_write(log, record))
+    report = log.report()
+    if as_json:
+        print_json({"file": file, "command": asked.words, **report.to_dict()})
+    else:
+        _print(log, report, asked, chosen, estimator)
+        if file is not None:
+            print(f"\nwritten: {file}")
+    if stop.is_set():
+        raise typer.Exit(INTERRUPTED)
+    if not report.passed:
+        raise typer.Exit(1)
+
+
+def _loop(
+    robot: str | None,
+    plant: str,
+    asked: Asked,
+    settings: MpcSettings,
+    estimator: str,
+    disturbed: tuple[str | None, ...],
+    kernels: bool,
+    seed: int,
+) -> ClosedLoop:
+    """The closed loop that the options ask for. Raises what they have wrong."""
+    from rollgait.cli.mpc_input import REPLAY
+    from rollgait.errors import InputError, UnknownNameError
+    from rollgait.mpc.setup import PLANTS, make_loop
+
+    options: dict[str, Any] = {
+        "gait": asked.script.gait,
+        "estimator": estimator,
+        "kernels": kernels,
+        "seed": seed,
+    }
+    if any(text is not None for text in disturbed):
+        if plant != "mujoco":
+            rule = "has no payload, friction, radius error, latency or slope; mujoco has"
+            raise InputError("plant", plant, rule)
+        options["disturbances"] = disturbances_from(None, *disturbed)
+    if plant.startswith(REPLAY):
+        from rollgait.mpc.log import MpcLog
+        from rollgait.mpc.plants.replay import Replay
+
+        if asked.script.pushes:
+            raise InputError("push", plant, "is a recording, which cannot be pushed")
+        log = MpcLog.load(plant.removeprefix(REPLAY))
+        return make_loop(log.robot if robot is None else robot, Replay(log), settings, **options)
+    if plant not in PLANTS:
+        raise UnknownNameError("plant", plant, (*PLANTS, f"{REPLAY}FILE"))
+    if asked.scenario is not None:
+        options["start"] = asked.scenario.start
+    body = asked.scenario.robot if asked.scenario is not None else "centauro"
+    return make_loop(body if robot is None else robot, plant, settings, **options)
+
+
+def _no_longer(asked: Asked, loop: ClosedLoop) -> Asked:
+    """The same, no longer than the recording."""
+    from dataclasses import replace
+
+    length = min(asked.script.duration, loop.plant.duration)  # type: ignore[attr-defined]
+    return replace(asked, script=asked.script.model_copy(update={"duration": length}))
+
+
+class _Watch:
+    """Shows how far the run is, and ends it when it shall stop."""
+
+    def __init__(self, line: StatusLine, duration: float, stop: threading.Event) -> None:
+        self._line, self._duration, self._stop = line, duration, stop
+        self._next = 0.0
+
+    def __call__(self, time: float) -> bool:
+        if time >= self._next:
+            self._line.show(f"running … {time:5.1f} s of {self._duration:g} s")
+            self._next = time + SHOWN_EVERY
+        return self._stop.is_set()
+
+
+@contextmanager
+def _stopping() -> Iterator[threading.Event]:
+    """An event that the first Ctrl-C sets; the second one interrupts. What is logged waits for the report."""
+    stop, log = threading.Event(), logging.getLogger("rollgait")
+    level = log.level
+    before: Any = signal.getsignal(signal.SIGINT)
+    main = threading.current_thread() is threading.main_thread()
+
+    def on_signal(*_: object) -> None:
+        stop.set()
+        signal.signal(signal.SIGINT, before)
+
+    if main:
+        signal.signal(signal.SIGINT, on_signal)
+    log.setLevel(logging.ERROR)
+    try:
+        yield stop
+    finally:
+        log.setLevel(level)
+        if main:
+            signal.signal(signal.SIGINT, before)
+
+
+def _write(log: MpcLog, target: Path) -> Path:
+    if target.suffix == ".npz":
+        return log.save(target)
+    from rollgait.view.mpc_clip import clip_of_mpc
+
+    return write_recording(clip_of_mpc(log, target.stem), target)
+
+
+def _print(log: MpcLog, report: MpcReport, asked: Asked, settings: MpcSettings, estimator: str) -> None:
+    """The report for a person."""
+    length = f"{number(report.duration)} s of {number(asked.script.duration)} s"
+    print(f"{log.robot.name}, {log.plant}, {length}: {asked.words}")
+    times = "1 iteration" if settings.iterations == 1 else f"up to {settings.iterations} iterations"
+    horizon = f"horizon {number(settings.horizon)} s in intervals of {number(settings.interval)} s"
+    pushes = f", {len(asked.script.pushes)} pushes" if asked.script.pushes else ""
+    print(f"  {horizon}, {times} a step, state: {estimator}{pushes}\n")
+    print_table(
+        [
+            ("rate", number(report.rate), "Hz"),
+            ("step, median", number(report.median_ms), "ms"),
+            ("step, 99 %", number(report.p99_ms), "ms"),
+            ("step, worst", number(report.worst_ms), "ms"),
+            ("missed deadlines", str(report.late), f"of {report.steps} steps"),
+            ("forward, rms", number(MILLI * report.forward_rms), "mm/s from what is asked for"),
+            ("lateral, rms", number(MILLI * report.lateral_rms), "mm/s"),
+            ("turn rate, rms", number(math.degrees(report.turn_rms)), "deg/s"),
+            ("place, rms", number(MILLI * report.place_rms), "mm from the reference"),
+            ("final place", number(MILLI * report.final_place), "mm"),
+            ("final yaw", number(report.final_yaw_deg), "deg"),
+            ("violation", number(report.violation), "largest of a constraint, scaled"),
+            ("tilt, largest", number(report.tilt_deg), "deg from upright"),
+            ("coasting", str(report.coasting), "steps on an older plan"),
+            ("standing", str(report.standing), "steps after a fault"),
+        ],
+        right=[1],
+    )
+    if report.events:
+        print("\nevents")
+        for event in report.events[:EVENTS_SHOWN]:
+            print(f"  {event}")
+        if len(report.events) > EVENTS_SHOWN:
+            print(f"  and {len(report.events) - EVENTS_SHOWN} more")
+    print(f"\n  {report.verdict}")
