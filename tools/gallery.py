@@ -20,8 +20,8 @@ MOMENT = 0.5
 """When the picture is taken, as a share of the horizon."""
 HEAD = """# Gallery
 
-The four motions that come with rollgait, planned, judged and drawn by `make gallery`. The same command builds pages
-that open offline and can be turned and scrubbed; they are not kept in the repository.
+The four motions that come with rollgait, planned, judged and drawn by `make gallery`. The same command builds
+pages that open offline and can be turned and scrubbed; they are not kept in the repository.
 """
 
 
