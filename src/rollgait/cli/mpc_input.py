@@ -15,7 +15,7 @@ from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.script import RandomScript, Script, TimedCommand, TimedPush, script_of
 from rollgait.mpc.settings import MpcSettings
 from rollgait.scenario import Scenario, find_scenario, scenario_names
-from rollgait.simulation.disturbances import Push
+from rollgait.simulation.disturbances import PUSH_DURATION, Push
 
 RANDOM: Final = "random"
 REPLAY: Final = "replay:"
@@ -67,9 +67,13 @@ def pushes_from(text: str, duration: float, seed: int) -> list[TimedPush]:
     """`100N@5s` as for `rollgait simulate`, or `100N/5s`: every 5 s, in random directions."""
     every = _EVERY.fullmatch(text.strip())
     if every is not None:
-        force, period, length = (parse_value(part) if part else 0.2 for part in every.groups())
-        data = {"push": force, "push_every": period, "push_duration": length}
-        random = validate(RandomScript, data | {"duration": duration, "seed": seed})
+        force, period, length = (parse_value(part) if part else PUSH_DURATION for part in every.groups())
+        try:
+            random = RandomScript(
+                push=force, push_every=period, push_duration=length, duration=duration, seed=seed
+            )
+        except InputError as error:
+            raise InputError("push", text, f"must hold positive numbers: {error}") from None
         return list(random.script().pushes)
     try:
         push = Push.parse(text)
