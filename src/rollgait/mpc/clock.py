@@ -69,6 +69,14 @@ class GaitClock:
             self._locked_from = standing
         self._gait, self._origin = new, standing + LEAD
 
+    def pending(self, time: float, period: float) -> list[int]:
+        """Legs that are to leave the ground within a period from now."""
+        return [swing.leg for swing in self._planned(max(time, self._time), time + period)]
+
+    def hold(self, duration: float) -> None:
+        """Puts off all swings that have not begun."""
+        self._origin += duration
+
     def locked(self, time: float) -> bool:
         """Whether wheels on the ground stand still at a time."""
         return time >= self._locked_from
@@ -95,11 +103,13 @@ class GaitClock:
         if gait.swing <= 0.0:
             return []
         result = []
+        latest = {swing.leg: swing.lift_off for swing in self._done}
         for leg, phase in enumerate(gait.phase):
+            begin_leg = max(begin, latest.get(leg, -math.inf) + gait.swing)
             first = self._origin + phase * gait.period
-            cycle = max(0, math.ceil((begin - first) / gait.period - _SAME))
+            cycle = max(0, math.ceil((begin_leg - first) / gait.period - _SAME))
             while (lift_off := first + cycle * gait.period) <= end:
-                if lift_off > begin:
+                if lift_off > begin_leg:
                     result.append(TimedSwing(leg, lift_off, lift_off + gait.swing, gait.clearance))
                 cycle += 1
         return result

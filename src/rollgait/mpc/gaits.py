@@ -49,8 +49,8 @@ GAITS: Final = {
         CyclicGait("crawl", period=4.0, swing=0.8, phase=_ONE_BY_ONE, centred=CENTRED),
         CyclicGait(
             "walk",
-            period=4.0,
-            swing=0.8,
+            period=5.0,
+            swing=0.7,
             phase=_ONE_BY_ONE,
             wheels="locked",
             centred=CENTRED,

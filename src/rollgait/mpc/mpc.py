@@ -31,6 +31,7 @@ from rollgait.mpc.reference import Reference, ReferenceMaker
 from rollgait.mpc.settings import MpcSettings
 from rollgait.mpc.standing import Standing
 from rollgait.mpc.state import Control, RobotState
+from rollgait.mpc.support import HOLD_MAX, READY_MARGIN, support_margin
 from rollgait.robot.robot import Robot
 from rollgait.solvers.fatrop import OPTIONS
 from rollgait.solvers.fatrop_direct import DirectFatrop
@@ -180,6 +181,7 @@ class Mpc:
         self._failures = 0
         self._missing_since: float | None = None
         self._stands = False
+        self._held = 0.0
         self._cut = ""
         self._expected: Reference | None = None
 
@@ -234,6 +236,7 @@ class Mpc:
             command = VelocityCommand()
         elif command.gait is not None and command.gait != self.clock.gait.name:
             self.clock.request(command.gait, state.time)
+        self._put_off_steps(state)
         self.clock.advance(state.time)
         previous = self._last
         if previous is None:
@@ -327,6 +330,20 @@ class Mpc:
         it.inputs[:, layout.inputs["force"]][:, 2::3] = forces
         it.previous[:] = 0.0
         it.previous[2:12:3] = forces
+
+    def _put_off_steps(self, state: RobotState) -> None:
+        """Lets a foot stay on the ground while the others could not carry the robot yet."""
+        period = self.settings.period
+        pending = self.clock.pending(state.time, period)
+        if not pending:
+            return
+        standing = self.clock.contact(state.time)
+        standing[pending] = False
+        if support_margin(state, standing) < READY_MARGIN and self._held < HOLD_MAX:
+            self._held += period
+            self.clock.hold(period)
+        else:
+            self._held = 0.0
 
     def _node(self, state: RobotState) -> Array:
         """The state as a node vector."""

@@ -22,7 +22,7 @@ from rollgait.robot.robot import Robot
 
 Array = NDArray[np.float64]
 
-LEASH: Final = 0.10
+LEASH: Final = 0.07
 """Farthest of the reference from the robot, m."""
 TURN_LEASH: Final = 0.2
 """The same for the yaw, rad."""
