@@ -24,12 +24,12 @@ from rollgait.simulation.disturbances import Disturbances
 DELAY: Final = 2
 """Age of what the estimator `delayed` knows, in periods of the controller."""
 
-TRUST: Final = {"mujoco": Trust(place=0.1, posture=0.1, motion=0.1)}
+TRUST: Final = {"mujoco": Trust(place=0.1, posture=0.02, motion=0.05)}
 """Share of a measurement that is believed in each period, by plant; all of it where none stands here.
 
 Joints that give way under load make a whole body differ from the model by a little all the time: who started
 anew from each measurement would take the sag for the robot's own motion."""
-LAG: Final = {"mujoco": 0}
+LAG: Final = {"mujoco": 2}
 """By how many periods of the controller a plant is behind what it is told; 0 where none stands here."""
 
 ESTIMATORS: Final[dict[str, Callable[[int], Estimator]]] = {
