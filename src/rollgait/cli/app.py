@@ -10,7 +10,22 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import rollgait
-from rollgait.cli import cache, check, export, library, many, plan, plot, record, robot, simulate, track, view
+from rollgait.cli import (
+    cache,
+    check,
+    drive,
+    export,
+    library,
+    many,
+    mpc,
+    plan,
+    plot,
+    record,
+    robot,
+    simulate,
+    track,
+    view,
+)
 from rollgait.cli.log import log_on_stderr
 from rollgait.cli.output import print_error
 from rollgait.cli.run import run as run_scenario
@@ -31,7 +46,9 @@ app.command("export")(export.export)
 app.command("track")(track.track)
 app.command("simulate")(simulate.simulate)
 app.command("run")(run_scenario)
+app.command("mpc")(mpc.mpc)
 app.command("view")(view.view)
+app.command("drive")(drive.drive)
 app.command("record")(record.record)
 app.command("scenarios")(library.scenarios)
 app.command("robots")(library.robots)

@@ -7,15 +7,14 @@ from numpy.typing import NDArray
 
 from rollgait.plan.samples import Array
 from rollgait.view import shapes
+from rollgait.view.arrows import ArrowPoses, Arrows, arrow_poses
 from rollgait.view.clip import Clip
 from rollgait.view.layers.layer import NOWHERE, Layer, single
 from rollgait.view.layers.paths import ABOVE
-from rollgait.view.rotations import from_z_to, turn_z, wxyz
+from rollgait.view.rotations import turn_z, wxyz
 
 FORCE_LENGTH = 1.7
 """Length of an arrow for the whole weight of the robot, as a share of its height."""
-SHAFT, HEAD, HEAD_LENGTH = 0.02, 0.042, 0.11
-"""Radii of an arrow and the length of its head, m."""
 CONE_HEIGHT = 0.28
 """m"""
 HEADING_LENGTH, HEADING_WIDTH = 0.3, 0.07
@@ -33,42 +32,14 @@ class Forces(Layer):
     def draw(self) -> None:
         clip = self.clip
         scale = FORCE_LENGTH * clip.robot.height / clip.robot.weight
-        vector = scale * clip.samples.force
-        length = np.linalg.norm(vector, axis=-1)
-        seen = length > 1e-3
-        head = np.minimum(HEAD_LENGTH, 0.6 * length)
-        direction = np.where(seen[..., None], vector, [0.0, 0.0, 1.0])
-        self._turn = wxyz(from_z_to(direction.reshape(-1, 3))).reshape(-1, 4, 4)
-        unit = direction / np.linalg.norm(direction, axis=-1, keepdims=True)
-        start = clip.samples.foot_position
-        thin = np.where(seen, 1.0, NOWHERE)
-        wide = np.minimum(1.0, head / HEAD_LENGTH) * thin
-        self._shaft_scale = _scales(SHAFT * wide, np.maximum(length - head, NOWHERE))
-        self._head_scale = _scales(HEAD * wide, np.maximum(head, NOWHERE))
-        self._shaft_at, self._head_at = start, start + unit * (length - head)[..., None]
-        self.shafts = self._batch("shafts", shapes.cylinder(), self._shaft_at, self._shaft_scale)
-        self.heads = self._batch("heads", shapes.arrow_head(), self._head_at, self._head_scale)
+        self._poses = arrow_poses(clip.samples.foot_position, scale * clip.samples.force)
+        self.arrows = Arrows(self.scene, self.path, self._at(0), self.look.legs())
 
-    def _batch(self, name: str, shape: shapes.Shape, at: Array, scale: Array):  # type: ignore[no-untyped-def]
-        return self.scene.add_batched_meshes_simple(
-            self.at(name),
-            *shape,
-            batched_wxyzs=single(self._turn[0]),
-            batched_positions=single(at[0]),
-            batched_scales=single(scale[0]),
-            batched_colors=self.look.legs(),
-            lod="off",
-            cast_shadow=False,
-        )
+    def _at(self, index: int) -> ArrowPoses:
+        return ArrowPoses(*(values[index] for values in self._poses))
 
     def show(self, index: int) -> None:
-        for handle, at, scale in (
-            (self.shafts, self._shaft_at, self._shaft_scale),
-            (self.heads, self._head_at, self._head_scale),
-        ):
-            handle.batched_positions = single(at[index])
-            handle.batched_wxyzs = single(self._turn[index])
-            handle.batched_scales = single(scale[index])
+        self.arrows.move(self._at(index))
 
 
 class Cones(Layer):
@@ -157,10 +128,6 @@ class Headings(Layer):
     def show(self, index: int) -> None:
         self.arrows.batched_positions = single(self._at[index])
         self.arrows.batched_wxyzs = single(self._turn[index])
-
-
-def _scales(radius: Array, length: Array) -> Array:
-    return np.stack([radius, radius, length], axis=-1)
 
 
 def _corners(clip: Clip) -> NDArray[np.intp]:

@@ -29,13 +29,11 @@ class Robot(Layer):
     for_ghost = True
 
     def draw(self) -> None:
-        clip, scene, opacity = self.clip, self.scene, self.look.opacity
-        s, robot = clip.samples, clip.robot
-        R = matrix_from_euler(s.euler)
-        self._base = s.com_position, wxyz(R)
+        scene, opacity = self.scene, self.look.opacity
+        self.place(self.clip, self.clip.wheel_angle)
         self.base = scene.add_frame(self.at("base"), show_axes=False)
-        vertices, faces = shapes.body(robot)
-        scene.add_mesh_simple(
+        vertices, faces = shapes.body(self.clip.robot)
+        self.body = scene.add_mesh_simple(
             self.at("base/body"),
             vertices,
             faces,
@@ -44,16 +42,24 @@ class Robot(Layer):
             flat_shading=True,
         )
         self._nose()
-        self._ankle = _ankles(clip)
-        hip = np.concatenate([shapes.hips(robot), np.zeros((4, 1))], axis=1)
-        self._leg_from = s.com_position[:, None] + np.einsum("nij,lj->nli", R, hip)
-        way = self._ankle - self._leg_from
-        length = np.linalg.norm(way, axis=-1)
-        self._leg_turn = wxyz(from_z_to(way.reshape(-1, 3))).reshape(-1, 4, 4)
-        self._leg_scale = np.stack([np.full_like(length, LEG_RADIUS)] * 2 + [length], axis=-1)
         self._legs()
         self._feet()
         self.show(0)
+
+    def place(self, clip: Clip, wheel_angle: Array) -> None:
+        """Where everything is in the frames of a clip; angles of the wheels (n, 4), rad."""
+        s, robot = clip.samples, clip.robot
+        R = matrix_from_euler(s.euler)
+        self._base = s.com_position, wxyz(R)
+        hip = np.concatenate([shapes.hips(robot), np.zeros((4, 1))], axis=1)
+        self._leg_from = s.com_position[:, None] + np.einsum("nij,lj->nli", R, hip)
+        way = _ankles(clip) - self._leg_from
+        length = np.linalg.norm(way, axis=-1)
+        self._leg_turn = wxyz(from_z_to(way.reshape(-1, 3))).reshape(-1, 4, 4)
+        self._leg_scale = np.stack([np.full_like(length, LEG_RADIUS)] * 2 + [length], axis=-1)
+        spin = np.stack([matrix_from_axis(np.array([0.0, 1.0, 0.0]), wheel_angle[:, i]) for i in range(4)], 1)
+        self._foot_turn = wxyz(turn_z(_headings(clip)) @ spin)
+        self._centre = s.foot_position + [0.0, 0.0, 1.0] * _radii(clip)[:, None]
 
     def _nose(self) -> None:
         """A light on the front, so that front and back are told apart."""
@@ -85,13 +91,7 @@ class Robot(Layer):
 
     def _feet(self) -> None:
         """Wheels that turn, all in one batch per part, as each object costs time; balls for point feet."""
-        robot, s = self.clip.robot, self.clip.samples
-        legs = robot.leg_list
-        spin = np.stack(
-            [matrix_from_axis(np.array([0.0, 1.0, 0.0]), self.clip.wheel_angle[:, i]) for i in range(4)], 1
-        )
-        self._foot_turn = wxyz(turn_z(_headings(self.clip)) @ spin)
-        self._centre = s.foot_position + [0.0, 0.0, 1.0] * _radii(self.clip)[:, None]
+        legs = self.clip.robot.leg_list
         self._wheel_legs = [i for i, leg in enumerate(legs) if leg.wheel_radius is not None]
         self.wheels = []
         if self._wheel_legs:

@@ -1,0 +1,68 @@
+"""`rollgait drive`: drive a robot live, in the browser."""
+
+from __future__ import annotations
+
+import webbrowser
+from typing import Annotated
+
+import typer
+
+from rollgait.cli.view import need_viser, port_from
+from rollgait.errors import MissingExtraError, UnknownNameError
+
+
+def drive(
+    robot: Annotated[
+        str, typer.Argument(metavar="ROBOT", help="Name of a robot ('rollgait robots') or a YAML file.")
+    ] = "centauro",
+    plant: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME", help="What is driven: mujoco, the whole robot, or rigid, the planner's."
+        ),
+    ] = "mujoco",
+    gait: Annotated[str, typer.Option(metavar="NAME", help="Gait with which it begins.")] = "drive",
+    port: Annotated[str, typer.Option(metavar="PORT", help="Port of the page; 0 takes a free one.")] = "8080",
+    browser: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in the browser.")] = False,
+    seconds: Annotated[
+        float | None, typer.Option(metavar="S", min=0.0, help="End after this time; by default at Ctrl-C.")
+    ] = None,
+) -> None:
+    """Drive a robot with joystick or keyboard, change its gait, push it: live, in the browser.
+
+    Keys: w a s d drive, q e turn, space stops. Runs until Ctrl-C.
+    """
+    number = port_from(port)
+    _check(robot, plant, gait)
+    from rollgait.view.driving.page import DrivePage
+    from rollgait.view.driving.process import Setup
+
+    page = DrivePage(Setup(robot, plant, gait), port=number)
+    try:
+        print(f"open {page.url} in a browser; Ctrl-C ends", flush=True)
+        if browser:
+            webbrowser.open(page.url)
+        page.wait(seconds)
+        shown = page.snapshot
+        print(f"drove {shown.state.time:.1f} s at {shown.rate:.0f} Hz, real time × {shown.factor:.2f}")
+    except KeyboardInterrupt:
+        print()
+    finally:
+        page.close()
+
+
+def _check(robot: str, plant: str, gait: str) -> None:
+    """Raises what is wrong before anything is built."""
+    from rollgait.mpc.gaits import find_gait
+    from rollgait.mpc.setup import PLANTS
+    from rollgait.robot.library import find_robot
+
+    find_robot(robot)
+    find_gait(gait)
+    if plant not in PLANTS:
+        raise UnknownNameError("plant", plant, PLANTS)
+    need_viser("driving")
+    try:
+        import websockets  # noqa: F401
+    except ImportError:
+        raise MissingExtraError("driving", "view") from None

@@ -1,0 +1,198 @@
+"""The controls of a drive, and what it says of itself."""
+
+from __future__ import annotations
+
+import math
+import random
+import threading
+from collections.abc import Callable
+from functools import partial
+from html import escape
+from typing import Any, Final
+
+import viser
+
+from rollgait.mpc.command import VelocityCommand
+from rollgait.mpc.gaits import GAITS
+from rollgait.mpc.settings import CommandLimits
+from rollgait.view.driving.hands import Hands
+from rollgait.view.driving.messages import Push, Snapshot, Vector
+
+PUSH_FORCE: Final = 100.0
+"""N"""
+PUSH_DURATION: Final = 0.2
+"""s"""
+PULL_STIFFNESS: Final = 300.0
+"""Force of a pull with the mouse over its way, N/m."""
+PULL_MAX: Final = 150.0
+"""N"""
+SPEED: Final = 0.4
+"""Limit of the speed at first, m/s."""
+DIRECTIONS: Final = {"random": None, "forward": 0.0, "left": 90.0, "back": 180.0, "right": -90.0}
+"""Of the push button, from the robot's nose to its left, degrees."""
+MODE_COLOURS: Final = {
+    "tracking": "#2E7D32",
+    "coasting": "#B26A00",
+    "standing": "#B00020",
+    "fallen": "#B00020",
+}
+MODE_NOTES: Final = {"standing": "after a fault; press Reset", "fallen": "press Reset"}
+
+
+class Panel:
+    """What a person can set. Values are read by the page's thread; clicks wait until it takes them.
+
+    Args:
+        gui: of the page.
+        hands: who hold joysticks.
+        pad: the joystick as HTML.
+        limits: of commands.
+        gait: with which it begins.
+    """
+
+    def __init__(self, gui: viser.GuiApi, hands: Hands, pad: str, limits: CommandLimits, gait: str) -> None:
+        self._hands, self._limits = hands, limits
+        self._lock = threading.Lock()
+        self._clicked: list[float | None] = []
+        self._pushes: list[Push] = []
+        self._reset = False
+        self.pull: Vector = (0.0, 0.0, 0.0)
+        self.gait = gait
+        self._status = gui.add_html("")
+        gui.add_html(pad)
+        gaits = gui.add_button_group("gait", tuple(GAITS))
+        self.speed = gui.add_slider(
+            "speed limit (m/s)", min=0.05, max=limits.speed, step=0.05, initial_value=min(SPEED, limits.speed)
+        )
+        high = limits.height_change
+        self.height = gui.add_slider("height (m)", min=-high, max=high, step=0.005, initial_value=0.0)
+        self.direction = gui.add_dropdown("push to", tuple(DIRECTIONS), initial_value="random")
+        push = gui.add_button(
+            f"Push: {PUSH_FORCE:g} N, {PUSH_DURATION:g} s", icon=viser.Icon.HAND_FINGER, color="gray"
+        )
+        gui.add_markdown("Or click the robot's body to push it, and drag it to pull.")
+        reset = gui.add_button("Reset", icon=viser.Icon.REFRESH, color="gray", hint="After a fall or a fault")
+        self.follow = gui.add_checkbox("keep the robot in the middle", True)
+        self._folder = gui.add_folder("show", expand_by_default=False)
+        self._gui = gui
+        gaits.on_click(lambda event: self._choose(event.target.value))
+        push.on_click(lambda _: self._click())
+        reset.on_click(lambda _: self._ask_reset())
+
+    def add_switches(self, titles: tuple[str, ...], switch: Callable[[str, bool], None]) -> None:
+        """A switch for each layer of the scene."""
+        with self._folder:
+            for title in titles:
+                box = self._gui.add_checkbox(title, True)
+                box.on_update(partial(_switched, switch, title))
+
+    def add_grip(self, handle: Any) -> None:
+        """Lets a mesh be clicked and dragged."""
+        handle.on_click(lambda event: self._push_along(event.ray_direction))
+        handle.on_drag(self._dragged)
+
+    # -- what the page asks for --
+
+    def command(self) -> VelocityCommand:
+        """What is asked for now."""
+        speed = float(self.speed.value)
+        turn_rate = self._limits.turn_rate * speed / self._limits.speed
+        command = self._hands.wish.velocity(speed, turn_rate)
+        return command.model_copy(update={"gait": self.gait, "height_change": float(self.height.value)})
+
+    def take(self, yaw: float) -> tuple[tuple[Push, ...], bool]:
+        """Pushes that were asked for since the last call, and whether a reset was.
+
+        Args:
+            yaw: of the robot, rad: from it the directions of the button count.
+        """
+        with self._lock:
+            pushes = [*self._pushes, *(_push(yaw, angle) for angle in self._clicked)]
+            reset = self._reset
+            self._pushes, self._clicked, self._reset = [], [], False
+        return tuple(pushes), reset
+
+    def _choose(self, gait: str) -> None:
+        self.gait = gait
+
+    def _click(self) -> None:
+        with self._lock:
+            self._clicked.append(DIRECTIONS[self.direction.value])
+
+    def _ask_reset(self) -> None:
+        self._hands.stop()
+        with self._lock:
+            self._reset = True
+
+    def _push_along(self, direction: Any) -> None:
+        """A push along the horizontal part of a ray; one from straight above pushes nowhere."""
+        x, y, _ = (float(part) for part in direction)
+        length = math.hypot(x, y)
+        if length > 1e-3:
+            force = PUSH_FORCE / length
+            with self._lock:
+                self._pushes.append(Push((force * x, force * y, 0.0), PUSH_DURATION))
+
+    def _dragged(self, event: Any) -> None:
+        self.pull = (
+            (0.0, 0.0, 0.0) if event.phase == "end" else pull_of(event.start_position, event.end_position)
+        )
+
+    # -- what it says --
+
+    def show(self, snapshot: Snapshot) -> None:
+        """Says how it goes."""
+        self._status.content = status_html(snapshot)
+
+    def show_error(self, text: str) -> None:
+        """Says that it has come to an end."""
+        self._status.content = f'<div style="margin:0.5em 0.75em;color:#B00020"><b>{escape(text)}</b></div>'
+
+
+def _switched(switch: Callable[[str, bool], None], title: str, event: Any) -> None:
+    switch(title, bool(event.target.value))
+
+
+def pull_of(begin: Any, end: Any) -> Vector:
+    """The horizontal force of a spring between two points, N."""
+    x, y = (PULL_STIFFNESS * (float(end[axis]) - float(begin[axis])) for axis in (0, 1))
+    share = min(1.0, PULL_MAX / max(math.hypot(x, y), 1e-9))
+    return share * x, share * y, 0.0
+
+
+def _push(yaw: float, degrees: float | None) -> Push:
+    angle = random.uniform(-math.pi, math.pi) if degrees is None else yaw + math.radians(degrees)
+    return Push((PUSH_FORCE * math.cos(angle), PUSH_FORCE * math.sin(angle), 0.0), PUSH_DURATION)
+
+
+def status_html(snapshot: Snapshot) -> str:
+    """How it goes, as HTML."""
+    mode = snapshot.mode
+    note = f" ({MODE_NOTES[mode]})" if mode in MODE_NOTES else ""
+    x, y, z = snapshot.state.com_position.tolist()
+    command = snapshot.command
+    rows = [
+        ("mode", f'<b style="color:{MODE_COLOURS[mode]}">{mode}</b>{note}'),
+        ("gait", escape(snapshot.gait)),
+        ("asked for", _velocity((command.forward, command.lateral, command.turn_rate))),
+        ("wanted now", _velocity(snapshot.wanted)),
+        ("actual", _velocity(snapshot.actual)),
+        ("place", f"{x:.2f}, {y:.2f}, {z:.3f} m"),
+        ("solve", f"{1e3 * snapshot.solve[0]:.1f} ms median, {1e3 * snapshot.solve[1]:.1f} ms p99"),
+        ("real time", f"× {snapshot.factor:.2f} at {snapshot.rate:.0f} Hz"),
+    ]
+    cells = "".join(
+        f'<tr><td style="color:#777;padding-right:1em">{name}</td><td>{value}</td></tr>'
+        for name, value in rows
+    )
+    events = "".join(f"<div>{time:.1f} s: {escape(text)}</div>" for time, text in reversed(snapshot.events))
+    return (
+        '<div style="margin:0.3em 0.75em;font:12.5px system-ui,sans-serif;line-height:1.45;'
+        f'font-variant-numeric:tabular-nums"><table>{cells}</table>'
+        f'<div style="color:#777;height:5.8em;overflow:auto">{events or "no events"}</div></div>'
+    )
+
+
+def _velocity(values: Vector) -> str:
+    forward, lateral, turn = values
+    return f"{forward:+.2f}, {lateral:+.2f} m/s, {turn:+.2f} rad/s"

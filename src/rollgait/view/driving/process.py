@@ -1,0 +1,133 @@
+"""The control loop in a process of its own: drawing, serving and garbage never take its time."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import multiprocessing
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from typing import Any, Final
+
+from rollgait.errors import RollgaitError
+from rollgait.view.driving.messages import Request, Snapshot
+from rollgait.view.driving.session import Session
+
+ANSWER_WITHIN: Final = 10.0
+"""A loop that does not answer for so long is dead, s: building it anew takes a second or two."""
+BUILD_WITHIN: Final = 600.0
+"""The same for its first answer: kernels may have to be compiled, s."""
+END_WITHIN: Final = 2.0
+"""It ends by itself in this time, s; otherwise it is ended."""
+
+
+class LoopEndedError(RollgaitError):
+    """The control loop has ended though nobody asked it to."""
+
+    exit_status = 1
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What is driven: robot (name or file), plant, gait."""
+
+    robot: str
+    plant: str
+    gait: str
+
+
+class LoopProcess:
+    """A session in another process. One exchange at a time.
+
+    Args:
+        setup: what is driven.
+
+    Raises:
+        RollgaitError: as the building of the loop raised it.
+    """
+
+    def __init__(self, setup: Setup) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, other = context.Pipe()
+        self._process = context.Process(target=_run, args=(other, setup), name="drive", daemon=True)
+        with _deaf_to_ctrl_c():
+            self._process.start()
+        other.close()
+        try:
+            self._answer(BUILD_WITHIN)
+        except BaseException:
+            self.close()
+            raise
+
+    def exchange(self, request: Request) -> Snapshot:
+        """Hands a request to the loop; how it goes. Takes one period at most, unless the loop builds anew.
+
+        Raises:
+            LoopEndedError: there is no loop any more.
+        """
+        try:
+            self._pipe.send(request)
+        except OSError:
+            raise LoopEndedError("the control loop has ended") from None
+        snapshot: Snapshot = self._answer(ANSWER_WITHIN)
+        return snapshot
+
+    def _answer(self, seconds: float) -> Any:
+        try:
+            if not self._pipe.poll(seconds):
+                raise LoopEndedError(f"the control loop has not answered for {seconds:g} s")
+            answer = self._pipe.recv()
+        except (EOFError, OSError):
+            raise LoopEndedError("the control loop has ended") from None
+        if isinstance(answer, BaseException):
+            raise answer
+        return answer
+
+    def close(self) -> None:
+        """Ends the loop."""
+        self._pipe.close()
+        self._process.join(END_WITHIN)
+        if self._process.is_alive():
+            self._process.kill()
+            self._process.join()
+
+
+@contextlib.contextmanager
+def _deaf_to_ctrl_c() -> Iterator[None]:
+    """A process that begins here ignores Ctrl-C from its first moment on: that is for the page."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread may change this
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _run(pipe: Connection, setup: Setup) -> None:
+    """The other process, until the pipe is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the page, which closes the pipe
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what a solver prints belongs nowhere
+    logging.getLogger("rollgait").addHandler(logging.NullHandler())  # the page shows the controller's events
+    from rollgait.mpc.loop import no_collections
+    from rollgait.mpc.setup import make_loop
+
+    with contextlib.suppress(EOFError, OSError):
+        try:
+            session = Session(lambda: make_loop(setup.robot, setup.plant, gait=setup.gait))
+            pipe.send(None)
+            session.pace.restart()
+            with no_collections():
+                while True:
+                    session.step()
+                    while pipe.poll():
+                        session.handle(pipe.recv())
+                        pipe.send(session.snapshot())
+                    session.pace.wait()
+        except RollgaitError as error:
+            pipe.send(error)

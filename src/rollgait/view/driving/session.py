@@ -1,0 +1,130 @@
+"""A drive: the closed loop, period by period, under whatever the page asks for last."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Any, Final
+
+import numpy as np
+
+from rollgait.mpc.command import VelocityCommand
+from rollgait.mpc.loop import ClosedLoop
+from rollgait.view.driving.messages import Array, Body, Push, Request, Snapshot, Vector
+from rollgait.view.driving.pace import WINDOW, Pace
+
+SILENCE_MAX: Final = 0.5
+"""A page that asks for nothing for so long is gone: the robot stops, s."""
+EVENTS_SHOWN: Final = 6
+NO_FORCE: Final[Vector] = (0.0, 0.0, 0.0)
+
+
+class Session:
+    """A robot that is driven.
+
+    Args:
+        make: builds the loop, at first and after a fall.
+        clock: seconds of wall time that only go on.
+    """
+
+    def __init__(
+        self, make: Callable[[], ClosedLoop], clock: Callable[[], float] = time.perf_counter
+    ) -> None:
+        self._make, self._clock = make, clock
+        self._begin()
+        self._request = Request(VelocityCommand())
+        self._heard = clock()
+
+    def _begin(self) -> None:
+        self.loop = self._make()
+        robot, period = self.loop.mpc.robot, self.loop.mpc.settings.period
+        self.period = period
+        self.pace = Pace(period)
+        self._radius = np.array([leg.wheel_radius or np.inf for leg in robot.leg_list])
+        self._wheel_angle: Array = np.zeros(4)
+        self._acting: list[tuple[float, Push]] = []
+        self._solve: deque[float] = deque(maxlen=round(WINDOW / period))
+        self.loop.step(VelocityCommand())  # from here on there is a control and a prediction
+
+    def handle(self, request: Request) -> None:
+        """Takes a request."""
+        self._heard = self._clock()
+        self._request = request
+        if request.reset:
+            self._reset()
+        for push in request.pushes:
+            self._push(push)
+
+    def _reset(self) -> None:
+        if self.loop.plant.fallen:
+            self._begin()
+        else:
+            self.loop.mpc.reset()
+            self.loop.control = None
+            self.loop.step(VelocityCommand())
+        self.pace.restart()
+
+    def _push(self, push: Push) -> None:
+        if not self.loop.plant.fallen:
+            self.loop.plant.push(np.array(push.force), push.duration)
+            self._acting.append((self.loop.time + push.duration, push))
+
+    @property
+    def command(self) -> VelocityCommand:
+        """What is asked for now: nothing but gait and height if the page is silent."""
+        command = self._request.command
+        if not self._silent:
+            return command
+        return command.model_copy(update={"forward": 0.0, "lateral": 0.0, "turn_rate": 0.0})
+
+    @property
+    def _silent(self) -> bool:
+        return self._clock() - self._heard > SILENCE_MAX
+
+    def step(self) -> None:
+        """One period; a robot that has fallen lies still."""
+        loop = self.loop
+        if loop.plant.fallen:
+            return
+        if self._request.pull != NO_FORCE and not self._silent:
+            loop.plant.push(np.array(self._request.pull), self.period)
+        _, prediction = loop.step(self.command)
+        self._solve.append(prediction.status.seconds)
+        self._wheel_angle = self._wheel_angle + loop.plant.state.speed / self._radius * self.period
+        self._acting = [(end, push) for end, push in self._acting if end > loop.time + 1e-9]
+
+    def snapshot(self) -> Snapshot:
+        """How it goes now."""
+        loop = self.loop
+        state, control, prediction = loop.plant.state, loop.control, loop.prediction
+        if control is None or prediction is None:
+            raise RuntimeError("the loop has not made a step yet")
+        c, s = np.cos(state.euler[0]), np.sin(state.euler[0])
+        vx, vy, _ = state.com_velocity
+        mode = "fallen" if loop.plant.fallen else prediction.status.mode
+        pushed = np.sum([push.force for _, push in self._acting] + [self._request.pull], axis=0)
+        plant: Any = loop.plant
+        pose = getattr(plant, "pose", None)
+        solve = np.array(self._solve or [0.0])
+        return Snapshot(
+            state=state,
+            body=None if pose is None else Body(*pose),
+            joint_names=tuple(getattr(plant, "joint_names", ())),
+            wheel_angle=self._wheel_angle,
+            force=np.asarray(getattr(plant, "contact_force", control.force)),
+            contact=control.contact,
+            pushed=pushed,
+            com_path=prediction.com_position,
+            foot_path=prediction.foot_position,
+            foot_contact=prediction.contact,
+            command=self.command,
+            wanted=loop.mpc.wanted,
+            actual=(float(c * vx + s * vy), float(c * vy - s * vx), float(state.euler_rate[0])),
+            gait=loop.mpc.clock.gait.name,
+            mode=mode,
+            solve=(float(np.median(solve)), float(np.percentile(solve, 99))),
+            rate=self.pace.rate,
+            factor=self.pace.factor,
+            events=tuple((event.time, event.text) for event in list(loop.mpc.events)[-EVENTS_SHOWN:]),
+        )
