@@ -133,6 +133,7 @@ class Blended:
         result = corrected(expected, then, measured, self._trust)
         # the expectations of the past move along, or the same gap would be corrected again and again
         moved = [corrected(state, then, measured, self._trust) for state in self._expected]
+        self._expected.clear()
         self._expected.extend(moved)
         return result.at(true.time)
 

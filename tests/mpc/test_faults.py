@@ -1,0 +1,175 @@
+"""What goes wrong around the controller: the whole robot stands safely in MuJoCo, and the log says why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from rollgait.mpc.command import VelocityCommand
+from rollgait.mpc.estimator import Dropping, Truth
+from rollgait.mpc.loop import ClosedLoop
+from rollgait.mpc.mpc import Mpc
+from rollgait.mpc.settings import MpcSettings
+from rollgait.mpc.setup import make_loop
+from rollgait.mpc.state import RobotState
+
+pytest.importorskip("mujoco")
+pytest.importorskip("pinocchio")
+
+GAITS = ("drive", "crawl", "trot")
+FAULT_AT = 130
+"""Step at which the fault begins: in crawl and trot with feet in the air, at full speed."""
+DEADLINE = 1.0
+"""s of wall time: how busy the machine is shall not decide about a test."""
+
+
+@dataclass
+class Spoiling:
+    """Puts a number that is none into the states of some periods."""
+
+    spoilt: range
+
+    def __post_init__(self) -> None:
+        self._count = -1
+
+    def __call__(self, true: RobotState, expected: RobotState | None) -> RobotState | None:
+        self._count += 1
+        if self._count not in self.spoilt:
+            return true
+        return replace(true, com_velocity=np.array([0.0, np.nan, 0.0]))
+
+
+@pytest.fixture(scope="module", params=GAITS)
+def driving(request: pytest.FixtureRequest) -> Callable[..., ClosedLoop]:
+    """Makes a loop in which the robot moves in a gait and is about to meet a fault."""
+
+    def make(estimator: object = None) -> ClosedLoop:
+        loop = make_loop("centauro", "mujoco", MpcSettings(deadline=DEADLINE), gait=request.param)
+        if estimator is not None:
+            loop = ClosedLoop(loop.mpc, loop.plant, estimator)  # type: ignore[arg-type]
+        for _ in range(FAULT_AT):
+            loop.step(COMMAND)
+        return loop
+
+    return make
+
+
+COMMAND = VelocityCommand(forward=0.3, turn_rate=0.1)
+
+
+def texts(mpc: Mpc) -> str:
+    """All that the controller has noted."""
+    return "; ".join(event.text for event in mpc.events)
+
+
+def assert_stands(loop: ClosedLoop) -> None:
+    """On its feet, level, at rest, all feet on the ground, and no control that is not a number."""
+    state = loop.plant.state
+    assert not loop.plant.fallen
+    assert np.degrees(np.abs(state.euler[1:])).max() < 2.0
+    assert np.linalg.norm(state.com_velocity) < 0.01
+    assert np.abs(state.euler_rate).max() < 0.02
+    assert state.foot_position[:, 2].max() < 0.005
+    assert loop.control is not None
+    assert np.isfinite(loop.control.force).all()
+    assert np.isfinite(loop.control.motion).all()
+
+
+def go_on(loop: ClosedLoop, seconds: float) -> None:
+    for _ in range(round(seconds / loop.mpc.settings.period)):
+        loop.step(COMMAND)
+
+
+def assert_goes_on(loop: ClosedLoop) -> None:
+    """It still follows the command."""
+    begin = loop.plant.state
+    go_on(loop, 3.0)
+    end = loop.plant.state
+    assert not loop.plant.fallen
+    assert np.linalg.norm(end.com_position - begin.com_position) > 0.6
+    assert loop.prediction is not None
+    assert loop.prediction.status.mode == "tracking"
+
+
+def test_few_lost_messages_are_made_up_for(driving: Callable[..., ClosedLoop]) -> None:
+    loop = driving(Dropping(range(FAULT_AT, FAULT_AT + 5), Truth()))
+    go_on(loop, 0.03)
+    assert loop.prediction is not None
+    assert loop.prediction.status.mode == "coasting"
+    assert "no state has come" in texts(loop.mpc)
+    assert_goes_on(loop)
+
+
+def test_without_messages_the_robot_stands(driving: Callable[..., ClosedLoop]) -> None:
+    loop = driving(Dropping(range(FAULT_AT, 10**6), Truth()))
+    go_on(loop, 4.0)
+    assert "stands: no usable state" in texts(loop.mpc)
+    assert_stands(loop)
+
+
+def test_a_state_with_nan_counts_as_none(driving: Callable[..., ClosedLoop]) -> None:
+    loop = driving(Spoiling(range(FAULT_AT, FAULT_AT + 5)))
+    go_on(loop, 0.05)
+    assert "not a number" in texts(loop.mpc)
+    assert_goes_on(loop)
+
+
+def test_nothing_but_nan_brings_it_to_a_stand(driving: Callable[..., ClosedLoop]) -> None:
+    loop = driving(Spoiling(range(FAULT_AT, 10**6)))
+    go_on(loop, 4.0)
+    assert "stands: no usable state" in texts(loop.mpc)
+    assert_stands(loop)
+
+
+def test_a_stall_of_50_ms_is_survived_and_noted(driving: Callable[..., ClosedLoop]) -> None:
+    loop = driving()
+    loop.stall(5)
+    go_on(loop, 0.05)
+    assert "60 ms ago" in texts(loop.mpc)
+    assert_goes_on(loop)
+
+
+def test_after_a_long_stall_it_stands(driving: Callable[..., ClosedLoop]) -> None:
+    loop = driving()
+    loop.stall(35)
+    go_on(loop, 4.0)
+    assert "stands: a stall of" in texts(loop.mpc)
+    assert_stands(loop)
+
+
+def test_a_command_beyond_the_limits_is_cut_and_noted(driving: Callable[..., ClosedLoop]) -> None:
+    loop = driving()
+    for _ in range(300):
+        loop.step(VelocityCommand(forward=50.0, turn_rate=-9.0))
+    assert "speed 50 m/s is cut to 0.8 m/s" in texts(loop.mpc)
+    assert "turn rate -9 rad/s is cut" in texts(loop.mpc)
+    assert texts(loop.mpc).count("is cut to 0.8 m/s") == 1  # once for a command, not in every period
+    assert not loop.plant.fallen
+    assert np.linalg.norm(loop.plant.state.com_velocity) < 1.0
+    for _ in range(400):
+        loop.step(VelocityCommand(gait="stand"))
+    assert_stands(loop)
+
+
+def test_ten_failed_solves_bring_it_to_a_stand(driving: Callable[..., ClosedLoop]) -> None:
+    loop = driving()
+    loop.mpc.set_weights(goal=1e308)  # no solver can do with that
+    go_on(loop, 0.05)
+    assert loop.prediction is not None
+    assert loop.prediction.status.mode == "coasting"
+    go_on(loop, 4.0)
+    assert "stands: 10 solves in a row have failed" in texts(loop.mpc)
+    assert_stands(loop)
+
+
+def test_after_a_reset_it_moves_again(driving: Callable[..., ClosedLoop]) -> None:
+    loop = driving()
+    loop.mpc.stop("asked to")
+    go_on(loop, 4.0)
+    assert_stands(loop)
+    loop.mpc.reset()
+    go_on(loop, 1.0)
+    assert_goes_on(loop)
