@@ -79,6 +79,11 @@ class Session:
         return command.model_copy(update={"forward": 0.0, "lateral": 0.0, "turn_rate": 0.0})
 
     @property
+    def pull(self) -> Vector:
+        """Force with which somebody pulls now, N."""
+        return NO_FORCE if self._silent else self._request.pull
+
+    @property
     def _silent(self) -> bool:
         return self._clock() - self._heard > SILENCE_MAX
 
@@ -87,8 +92,8 @@ class Session:
         loop = self.loop
         if loop.plant.fallen:
             return
-        if self._request.pull != NO_FORCE and not self._silent:
-            loop.plant.push(np.array(self._request.pull), self.period)
+        if self.pull != NO_FORCE:
+            loop.plant.push(np.array(self.pull), self.period)
         _, prediction = loop.step(self.command)
         self._solve.append(prediction.status.seconds)
         self._wheel_angle = self._wheel_angle + loop.plant.state.speed / self._radius * self.period
@@ -103,7 +108,7 @@ class Session:
         c, s = np.cos(state.euler[0]), np.sin(state.euler[0])
         vx, vy, _ = state.com_velocity
         mode = "fallen" if loop.plant.fallen else prediction.status.mode
-        pushed = np.sum([push.force for _, push in self._acting] + [self._request.pull], axis=0)
+        pushed = np.sum([push.force for _, push in self._acting] + [self.pull], axis=0)
         plant: Any = loop.plant
         pose = getattr(plant, "pose", None)
         solve = np.array(self._solve or [0.0])

@@ -1,0 +1,172 @@
+"""The page, driven in a browser by keys, buttons and the mouse."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.view.browser import browser, centre, near, needs_chromium, picture
+
+pytest.importorskip("mujoco", reason="needs the extra whole-body")
+pytest.importorskip("pinocchio", reason="needs the extra whole-body")
+
+from rollgait.view.driving.page import DrivePage  # isort: skip
+from rollgait.view.driving.process import Setup  # isort: skip
+from rollgait.view.style import LEG_COLOURS  # isort: skip
+
+pytestmark = [pytest.mark.slow, needs_chromium]
+
+HELD = 2000
+"""How long a key is held, ms."""
+ON_THE_BODY = (350, 250)
+"""Place of the robot's body in the window at first, pixels."""
+
+
+@pytest.fixture(scope="module")
+def drive() -> Iterator[DrivePage]:
+    page = DrivePage(Setup("centauro", "mujoco", "drive"), port=0)
+    yield page
+    page.close()
+
+
+@pytest.fixture(scope="module")
+def page(drive: DrivePage, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    with browser(tmp_path_factory.mktemp("profile")) as context:
+        sheet = context.pages[0]
+        sheet.goto(drive.url)
+        sheet.get_by_text("real time").wait_for()
+        joystick(sheet).get_by_text("connected", exact=True).wait_for()
+        wait_until(lambda: near(picture(sheet), LEG_COLOURS[1]).sum() > 500)
+        yield sheet
+
+
+def joystick(page: Any) -> Any:
+    return page.frame_locator("iframe[title=joystick]")
+
+
+def wait_until(true: Callable[[], bool], seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end, "it does not happen"
+        time.sleep(0.05)
+
+
+def place(drive: DrivePage) -> np.ndarray:
+    return drive.snapshot.state.com_position.copy()
+
+
+def comes_to_rest(drive: DrivePage) -> None:
+    wait_until(lambda: drive.hands.wish.rests and max(map(abs, drive.snapshot.wanted)) == 0.0)
+    wait_until(lambda: max(map(abs, drive.snapshot.actual)) < 0.03)
+
+
+@contextmanager
+def pushes_on(drive: DrivePage) -> Iterator[list[Any]]:
+    """The pushes that act meanwhile: one may be over before a slow browser has said that it clicked."""
+    felt: list[Any] = []
+    ends = threading.Event()
+
+    def watch() -> None:
+        while not ends.wait(0.01):
+            if (pushed := drive.snapshot.pushed).any():
+                felt.append(pushed)
+
+    watching = threading.Thread(target=watch)
+    watching.start()
+    try:
+        yield felt
+    finally:
+        ends.set()
+        watching.join()
+
+
+def test_w_drives_forward_and_letting_go_stops_it(page: Any, drive: DrivePage) -> None:
+    page.get_by_label("keep the robot in the middle").click()
+    wait_until(lambda: not drive.scene.follows)
+    before, begin = picture(page), place(drive)
+    page.keyboard.down("w")
+    page.wait_for_timeout(HELD)
+    wait_until(lambda: place(drive)[0] > begin[0] + 0.3)
+    page.keyboard.up("w")
+    comes_to_rest(drive)
+    rest = place(drive)
+    page.wait_for_timeout(500)
+    assert np.abs(place(drive) - rest).max() < 0.02
+    moved = centre(near(picture(page), LEG_COLOURS[1])) - centre(near(before, LEG_COLOURS[1]))
+    assert moved[0] > 15.0  # pixels: the camera looks from behind on the right, so forward is right and up
+    assert moved[1] < -5.0
+    page.get_by_label("keep the robot in the middle").click()
+    wait_until(lambda: drive.scene.follows)
+
+
+def test_the_joystick_drives_to_the_left_and_the_lever_turns(page: Any, drive: DrivePage) -> None:
+    stick = joystick(page).get_by_label("joystick").bounding_box()
+    x, y = stick["x"] + stick["width"] / 2, stick["y"] + stick["height"] / 2
+    begin = place(drive)
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 60, y, steps=3)
+    wait_until(lambda: drive.hands.wish.lateral > 0.95)
+    wait_until(lambda: place(drive)[1] > begin[1] + 0.1)
+    page.mouse.up()
+    comes_to_rest(drive)
+    lever = joystick(page).get_by_label("lever").bounding_box()
+    x, y = lever["x"] + lever["width"] / 2, lever["y"] + lever["height"] / 2
+    yaw = float(drive.snapshot.state.euler[0])
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 60, y, steps=3)
+    wait_until(lambda: float(drive.snapshot.state.euler[0]) > yaw + 0.1)
+    page.mouse.up()
+    comes_to_rest(drive)
+
+
+def test_space_stops_what_is_held(page: Any, drive: DrivePage) -> None:
+    page.keyboard.down("s")
+    wait_until(lambda: drive.hands.wish.forward == -1.0)
+    page.keyboard.press("Space")
+    wait_until(lambda: drive.hands.wish.rests)
+    page.wait_for_timeout(300)
+    assert drive.hands.wish.rests  # though the key is still down
+    page.keyboard.up("s")
+    comes_to_rest(drive)
+
+
+def test_a_button_changes_the_gait_and_feet_leave_the_ground(page: Any, drive: DrivePage) -> None:
+    page.get_by_role("button", name="crawl").click()
+    wait_until(lambda: drive.snapshot.gait == "crawl")
+    wait_until(lambda: not drive.snapshot.contact.all())
+    page.get_by_role("button", name="drive").click()
+    wait_until(lambda: drive.snapshot.gait == "drive")
+    wait_until(lambda: bool(drive.snapshot.contact.all()))
+
+
+def test_the_push_button_and_a_click_on_the_body_push(page: Any, drive: DrivePage) -> None:
+    with pushes_on(drive) as felt:
+        page.get_by_role("button", name="Push").click()
+        wait_until(lambda: bool(felt))
+    assert np.linalg.norm(felt[0]) == pytest.approx(100.0)
+    wait_until(lambda: not drive.snapshot.pushed.any())
+    with pushes_on(drive) as felt:
+        page.mouse.click(*ON_THE_BODY)
+        wait_until(lambda: bool(felt))
+    x, y, z = felt[0]
+    assert x > 0.0  # away from the camera, which stands behind the robot on its right
+    assert y > 0.0
+    assert z == 0.0
+    wait_until(lambda: not drive.snapshot.pushed.any())
+    assert drive.snapshot.mode == "tracking"
+
+
+def test_a_page_that_is_gone_holds_nothing(page: Any, drive: DrivePage) -> None:
+    page.keyboard.down("w")
+    wait_until(lambda: drive.hands.wish.forward == 1.0)
+    page.goto("about:blank")
+    comes_to_rest(drive)
+    assert drive.error is None

@@ -1,0 +1,128 @@
+"""A drive without a page: what is asked for happens, silence stops it, a fall can be got over."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rollgait.mpc.command import VelocityCommand
+from rollgait.mpc.plants.rigid import RigidPlant
+from rollgait.mpc.setup import make_loop
+from rollgait.robot.library import find_robot
+from rollgait.view.driving.messages import Push, Request, Snapshot
+from rollgait.view.driving.session import SILENCE_MAX, Session
+
+FORWARD = Request(VelocityCommand(forward=0.3, gait="drive"))
+STILL = Request(VelocityCommand(gait="drive"))
+
+
+class Clock:
+    """Time that passes when told."""
+
+    now = 0.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock() -> Clock:
+    return Clock()
+
+
+@pytest.fixture
+def session(clock: Clock) -> Session:
+    return Session(lambda: make_loop("centauro", "rigid"), clock)
+
+
+def after(session: Session, steps: int) -> Snapshot:
+    for _ in range(steps):
+        session.step()
+    return session.snapshot()
+
+
+def test_it_drives_as_it_is_asked_and_stops_when_nobody_asks(session: Session, clock: Clock) -> None:
+    session.handle(FORWARD)
+    moving = after(session, 100)
+    assert moving.actual[0] == pytest.approx(0.3, abs=0.05)
+    assert moving.state.com_position[0] > 0.1
+    assert (moving.wheel_angle > 0.5).all()
+    assert moving.mode == "tracking"
+    clock.now = SILENCE_MAX + 0.01
+    silent = after(session, 1)
+    assert silent.command.forward == 0.0
+    assert silent.command.gait == "drive"
+    assert abs(after(session, 120).actual[0]) < 0.03
+
+
+def test_the_actual_velocity_is_that_of_the_robot_wherever_it_looks(session: Session) -> None:
+    session.handle(replace(FORWARD, command=VelocityCommand(turn_rate=0.5)))
+    after(session, 150)
+    session.handle(replace(FORWARD, command=VelocityCommand(lateral=0.2)))
+    turned = after(session, 150)
+    assert turned.state.euler[0] > 0.4
+    assert turned.actual[1] == pytest.approx(0.2, abs=0.05)
+    assert abs(turned.actual[0]) < 0.05
+
+
+def test_another_gait_comes_with_the_next_request(session: Session) -> None:
+    session.handle(Request(VelocityCommand(gait="trot")))
+    assert after(session, 1).gait == "trot"
+    lifted = [~after(session, 1).contact for _ in range(120)]
+    assert np.any(lifted)
+
+
+def test_a_push_is_felt_and_seen_while_it_lasts(session: Session) -> None:
+    session.handle(replace(STILL, pushes=(Push((0.0, 100.0, 0.0), 0.05),)))
+    assert after(session, 3).pushed == pytest.approx([0.0, 100.0, 0.0])
+    pushed = after(session, 3)
+    assert pushed.pushed == pytest.approx(np.zeros(3))
+    assert pushed.actual[1] > 0.01
+
+
+def test_a_pull_lasts_until_it_is_taken_back_or_nobody_asks(session: Session, clock: Clock) -> None:
+    session.handle(replace(STILL, pull=(80.0, 0.0, 0.0)))
+    pulled = after(session, 10)
+    assert pulled.actual[0] > 0.02
+    assert pulled.pushed == pytest.approx([80.0, 0.0, 0.0])
+    clock.now = SILENCE_MAX + 0.01
+    assert after(session, 1).pushed == pytest.approx(np.zeros(3))
+
+
+def test_a_robot_that_fell_lies_until_the_reset(clock: Clock) -> None:
+    robot = find_robot("centauro")
+    session = Session(lambda: make_loop(robot, RigidPlant(robot)), clock)
+    session.handle(replace(STILL, pushes=(Push((0.0, 20_000.0, 0.0), 0.5),)))
+    for _ in range(300):
+        session.step()
+        if session.loop.plant.fallen:
+            break
+    fallen = session.snapshot()
+    assert fallen.mode == "fallen"
+    assert after(session, 5).state.time == fallen.state.time
+    session.handle(replace(STILL, reset=True))
+    stands = after(session, 20)
+    assert stands.mode == "tracking"
+    assert np.abs(stands.state.com_position[:2]).max() < 0.02
+
+
+def test_a_robot_that_stands_for_good_drives_again_after_the_reset(session: Session) -> None:
+    session.handle(FORWARD)
+    after(session, 50)
+    session.loop.mpc.stop("a test")
+    stood = after(session, 100)
+    assert stood.mode == "standing"
+    assert "a test" in stood.events[-1][1]
+    session.handle(replace(FORWARD, reset=True))
+    moving = after(session, 100)
+    assert moving.mode == "tracking"
+    assert moving.actual[0] == pytest.approx(0.3, abs=0.05)
+
+
+def test_requests_and_snapshots_travel_between_processes(session: Session) -> None:
+    assert pickle.loads(pickle.dumps(FORWARD)) == FORWARD
+    snapshot = session.snapshot()
+    again: Snapshot = pickle.loads(pickle.dumps(snapshot))
+    assert np.array_equal(again.com_path, snapshot.com_path)
+    assert again.command == snapshot.command
