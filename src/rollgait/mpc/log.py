@@ -136,7 +136,7 @@ class MpcLog:
         """Reads it. Raises `FileError`."""
         rule = "is not a log of the controller that rollgait saved"
         try:
-            with np.load(path, allow_pickle=False) as data:
+            with Path(path).open("rb") as stream, np.load(stream, allow_pickle=False) as data:
                 header = json.loads(str(data["header"]))
                 arrays = {name: data[name] for name in ARRAYS}
             kind, version = header["format"], header["version"]
