@@ -93,7 +93,7 @@ class DirectFatrop:
         no further iteration begins; `iterations` stands in for the option `max_iter`.
 
         Raises:
-            KeyboardInterrupt: the user interrupted it.
+            KeyboardInterrupt: the user interrupted it, and nobody else handles that.
         """
         self._guess[:] = guess
         self._progress, self._error, self._iteration = progress, None, 0
@@ -108,7 +108,8 @@ class DirectFatrop:
             getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
         with deferred_interrupt() as self._stop:
             flag = int(self._library.fatrop_ocp_c_solve(self._solver))
-        if self._error is not None:
+        stopped = isinstance(self._error, KeyboardInterrupt) and self._stop()
+        if self._error is not None and not stopped:  # who handles Ctrl-C gets the last iterate
             raise self._error
         primal = self._library.fatrop_ocp_c_get_primal(self._solver).contents
         w = np.empty(self.nlp.size)

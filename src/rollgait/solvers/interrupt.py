@@ -11,7 +11,7 @@ from types import FrameType
 
 @contextmanager
 def deferred_interrupt() -> Iterator[Callable[[], bool]]:
-    """Keeps Ctrl-C until the block ends and raises KeyboardInterrupt then.
+    """Keeps Ctrl-C until the block ends, and hands it on then: KeyboardInterrupt, if nobody else handles it.
 
     Yields a function that says whether Ctrl-C was pressed, so that the block can end early. Outside the main
     thread, which alone receives signals, it changes nothing.
@@ -30,4 +30,4 @@ def deferred_interrupt() -> Iterator[Callable[[], bool]]:
     finally:
         signal.signal(signal.SIGINT, before)
     if pressed.is_set():
-        raise KeyboardInterrupt
+        signal.raise_signal(signal.SIGINT)
