@@ -100,6 +100,7 @@ def test_a_robot_that_fell_lies_until_the_reset(clock: Clock) -> None:
             break
     fallen = session.snapshot()
     assert fallen.mode == "fallen"
+    assert not fallen.pushed.any()
     assert after(session, 5).state.time == fallen.state.time
     session.handle(replace(STILL, reset=True))
     stands = after(session, 20)

@@ -15,7 +15,7 @@ from websockets.sync.server import Server, ServerConnection, serve
 
 from rollgait.view.driving.hands import Hands, wish_from
 
-PAD_HEIGHT: Final = 166
+PAD_HEIGHT: Final = 156
 """Of the joystick on the page, pixels."""
 MESSAGE_MAX: Final = 4096
 """bytes"""

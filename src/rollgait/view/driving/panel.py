@@ -189,7 +189,7 @@ def status_html(snapshot: Snapshot) -> str:
     return (
         '<div style="margin:0.3em 0.75em;font:12.5px system-ui,sans-serif;line-height:1.45;'
         f'font-variant-numeric:tabular-nums"><table>{cells}</table>'
-        f'<div style="color:#777;height:5.8em;overflow:auto">{events or "no events"}</div></div>'
+        f'<div style="color:#777;height:2.9em;overflow:auto">{events or "no events"}</div></div>'
     )
 
 

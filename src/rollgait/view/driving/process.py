@@ -63,6 +63,11 @@ class LoopProcess:
             self.close()
             raise
 
+    @property
+    def pid(self) -> int:
+        """Number of the process."""
+        return int(self._process.pid or 0)
+
     def exchange(self, request: Request) -> Snapshot:
         """Hands a request to the loop; how it goes. Takes one period at most, unless the loop builds anew.
 
@@ -112,6 +117,8 @@ def _deaf_to_ctrl_c() -> Iterator[None]:
 def _run(pipe: Connection, setup: Setup) -> None:
     """The other process, until the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the page, which closes the pipe
+    if hasattr(signal, "pthread_sigmask"):  # and no handler that a solver sets shall hear it either
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what a solver prints belongs nowhere
     logging.getLogger("rollgait").addHandler(logging.NullHandler())  # the page shows the controller's events
     from rollgait.mpc.loop import no_collections

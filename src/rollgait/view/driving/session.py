@@ -107,8 +107,9 @@ class Session:
             raise RuntimeError("the loop has not made a step yet")
         c, s = np.cos(state.euler[0]), np.sin(state.euler[0])
         vx, vy, _ = state.com_velocity
-        mode = "fallen" if loop.plant.fallen else prediction.status.mode
-        pushed = np.sum([push.force for _, push in self._acting] + [self.pull], axis=0)
+        fallen = loop.plant.fallen
+        pushes = [] if fallen else [*(push.force for _, push in self._acting), self.pull]
+        pushed = np.sum([NO_FORCE, *pushes], axis=0)
         plant: Any = loop.plant
         pose = getattr(plant, "pose", None)
         solve = np.array(self._solve or [0.0])
@@ -127,7 +128,7 @@ class Session:
             wanted=loop.mpc.wanted,
             actual=(float(c * vx + s * vy), float(c * vy - s * vx), float(state.euler_rate[0])),
             gait=loop.mpc.clock.gait.name,
-            mode=mode,
+            mode="fallen" if fallen else prediction.status.mode,
             solve=(float(np.median(solve)), float(np.percentile(solve, 99))),
             rate=self.pace.rate,
             factor=self.pace.factor,
