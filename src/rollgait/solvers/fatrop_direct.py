@@ -108,9 +108,8 @@ class DirectFatrop:
             getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
         with deferred_interrupt() as self._stop:
             flag = int(self._library.fatrop_ocp_c_solve(self._solver))
-        stopped = isinstance(self._error, KeyboardInterrupt) and self._stop()
-        if self._error is not None and not stopped:  # who handles Ctrl-C gets the last iterate
-            raise self._error
+        if (error := self._reason_to_fail()) is not None:
+            raise error
         primal = self._library.fatrop_ocp_c_get_primal(self._solver).contents
         w = np.empty(self.nlp.size)
         w[self._rows.order] = np.ctypeslib.as_array(primal.pa, (self.nlp.size,))
@@ -125,6 +124,12 @@ class DirectFatrop:
             status="Solve_Succeeded" if solved else self._why(flag),
             iterations=max(int(stats.iterations_count), self._iteration),
         )
+
+    def _reason_to_fail(self) -> BaseException | None:
+        """What went wrong in a callback; but who handles Ctrl-C himself gets the last iterate."""
+        if isinstance(self._error, KeyboardInterrupt) and self._stop():
+            return None
+        return self._error
 
     def first_cost(self, w: Array) -> float:
         """Cost of the first stage alone, at the free variables."""
