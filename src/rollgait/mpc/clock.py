@@ -135,6 +135,30 @@ class GaitClock:
             result[swing.leg] &= not swing.lift_off <= time < swing.touch_down
         return result
 
+    def stride(self, times: Array) -> Array:
+        """How long before the middle of its stance each foot is (after it: negative), (n, 4), s.
+
+        In swing it goes back to the beginning of a stance. Without steps it is always in the middle.
+        """
+        result, gait = np.zeros((times.size, FEET)), self._gait
+        half = 0.5 * (gait.period - gait.swing)
+        if gait.swing <= 0.0:
+            return result
+        swings = self.swings(float(times[0]), float(times[-1]) + gait.period)
+        for leg in range(FEET):
+            own = [swing for swing in swings if swing.leg == leg]
+            for k, time in enumerate(times.tolist()):
+                ahead = [swing for swing in own if swing.touch_down > time]
+                if not ahead:
+                    continue
+                swing = min(ahead, key=lambda one: one.lift_off)
+                if time < swing.lift_off:
+                    result[k, leg] = np.clip(swing.lift_off - half - time, -half, half)
+                else:
+                    share = (time - swing.lift_off) / (swing.touch_down - swing.lift_off)
+                    result[k, leg] = (2.0 * share - 1.0) * half
+        return result
+
     def lift(self, times: Array) -> tuple[Array, Array]:
         """Height of each foot above the ground and its rate at times (n,): (n, 4) in m and m/s."""
         height, rate = np.zeros((times.size, FEET)), np.zeros((times.size, FEET))

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.dynamics.step import POINTS
+from rollgait.errors import InputError
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.model import OPEN, LiveProblem, workspace_limits
 from rollgait.mpc.reference import Reference
-from rollgait.mpc.settings import MpcSettings, MpcWeights
+from rollgait.mpc.settings import MpcBounds, MpcSettings, MpcWeights
 from rollgait.mpc.stage_data import LiveStage
 from rollgait.robot.robot import Robot
 
@@ -39,20 +40,16 @@ class Filling:
         nlp = problem.nlp
         self._row_number = nlp.row_numbers(nlp.blocks[0])
         self._stages = (problem.interval, problem.end)
-        bounds = settings.bounds
         legs = problem.robot.leg_list
-        self._speed = np.array([min(bounds.speed_max, leg.speed_max) for leg in legs])
-        self._steering_rate = np.array([min(bounds.steering_rate_max, leg.steering_rate_max) for leg in legs])
         self._force_max = np.array([leg.force_max for leg in legs])
-        self.speed_limit: Array = np.maximum(self._speed, bounds.swing_speed_max)
         self.robot = problem.robot
         self.stance: Array = self.robot.stance
         self._centred = 0.0
+        self._strides = False
         self.set_weights(settings.weights)
-        self._put_limits("second_motion", -self._steering_rate[:, None], self._steering_rate[:, None])
         for stage in self._stages:
             stage.numbers("interval")[:] = self.interval
-        problem.interval.numbers("mu")[:] = bounds.friction
+        self.set_bounds(settings.bounds)
 
     # -- what seldom changes -----------------------------------------------------------------------------
 
@@ -85,6 +82,21 @@ class Filling:
                     stage.numbers(f"weight_{name}")[:] = value
         self._problem.end.numbers("factor")[:] = weights.terminal
 
+    def set_bounds(self, bounds: MpcBounds) -> None:
+        """Bounds of inputs and states."""
+        legs = self._problem.robot.leg_list
+        largest = min(leg.force_max for leg in legs)
+        if bounds.force_min >= largest:  # a solver given limits that cross may never return
+            raise InputError(
+                "bounds.force_min", bounds.force_min, f"must be less than force_max, {largest:g} N"
+            )
+        self.bounds = bounds
+        self._speed = np.array([min(bounds.speed_max, leg.speed_max) for leg in legs])
+        self.speed_limit: Array = np.maximum(self._speed, bounds.swing_speed_max)
+        rate = np.array([[min(bounds.steering_rate_max, leg.steering_rate_max)] for leg in legs])
+        self._put_limits("second_motion", -rate, rate)
+        self._problem.interval.numbers("mu")[:] = bounds.friction
+
     def _all(self, stage: LiveStage, name: str, values: object) -> None:
         stage.numbers(name)[:] = np.asarray(values, dtype=float)[:, None]
 
@@ -106,7 +118,7 @@ class Filling:
         height, rate = clock.lift(np.concatenate([edges, points]))
         height, rate = height[: count + 1], rate[count + 1 :]
         locked = np.array([clock.locked(float(begin)) for begin in edges[:-1]])
-        stage, bounds = self._problem.interval, self._settings.bounds
+        stage, bounds = self._problem.interval, self.bounds
         stage.numbers("stands")[:] = stands
         moves = np.where(locked, 1.0 - share, 1.0)
         stage.numbers("moves")[:] = np.repeat(moves, 2, axis=0)
@@ -141,13 +153,27 @@ class Filling:
     def put_stance(self, centred: float, elapsed: float) -> None:
         """Leads the nominal stance to where the CoM is that share of the way over the middle of the feet."""
         change = np.clip(centred - self._centred, -CENTRING_RATE * elapsed, CENTRING_RATE * elapsed)
-        if change == 0.0:
+        if change == 0.0 and not self._strides:
             return
+        self._strides = False
         self._centred += float(change)
+        self._strides = True
         self.stance = self.robot.stance.copy()
         self.stance[:, :2] -= self._centred * self.robot.stance[:, :2].mean(axis=0)
         for stage in self._stages:
             self._all(stage, "stance", self.stance.ravel())
+
+    def put_strides(self, clock: GaitClock, time: float, foot_velocity: Array) -> None:
+        """Shifts the nominal stance of feet with locked wheels: ahead where they land, then behind."""
+        if not clock.locked(time):
+            return
+        ahead = clock.stride(time + self.interval * np.arange(self.count + 1, dtype=float)).T * foot_velocity
+        stage, end = self._stages
+        for axis in range(2):
+            nominal = self.stance[:, axis, None]
+            stage.numbers("stance")[axis::3] = nominal + ahead[axis, :, :-1]
+            end.numbers("stance")[axis::3] = nominal + ahead[axis, :, -1:]
+        self._strides = True
 
     def put_reference(self, reference: Reference) -> None:
         """Where the robot is wanted."""

@@ -54,7 +54,7 @@ GAITS: Final = {
             phase=_ONE_BY_ONE,
             wheels="locked",
             centred=CENTRED,
-            speed_max=0.05,
+            speed_max=0.04,
             turn_rate_max=0.05,
         ),
         CyclicGait(

@@ -349,4 +349,5 @@ def has_workspace(robot: Robot, leg: int) -> bool:
 
 def _symmetric(upper: ca.SX) -> ca.SX:
     xx, xy, xz, yy, yz, zz = (upper[i] for i in range(6))
-    return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
+    matrix: ca.SX = ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
+    return matrix

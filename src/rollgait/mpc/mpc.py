@@ -182,6 +182,7 @@ class Mpc:
         self._missing_since: float | None = None
         self._stands = False
         self._held = 0.0
+        self._weights = self.settings.weights
         self._cut = ""
         self._expected: Reference | None = None
 
@@ -202,7 +203,12 @@ class Mpc:
 
     def set_weights(self, **weights: float) -> None:
         """Weights of costs by name, as in `MpcWeights`."""
-        self._fill.set_weights(type(self.settings.weights)(**(self.settings.weights.model_dump() | weights)))
+        self._weights = type(self._weights)(**(self._weights.model_dump() | weights))
+        self._fill.set_weights(self._weights)
+
+    def set_bounds(self, **bounds: float) -> None:
+        """Bounds by name, as in `MpcBounds`; the workspace itself stays as it was built."""
+        self._fill.set_bounds(type(self.settings.bounds)(**(self._fill.bounds.model_dump() | bounds)))
 
     def set_ground(self, height: Array | float) -> None:
         """Height of the ground, m: one, or one for each foot (4,)."""
@@ -245,6 +251,8 @@ class Mpc:
             self._iterate.shift(elapsed / self.settings.interval)
         reference = self._fill_in(state, command, elapsed)
         status = self._solve(deadline) if not self._stands else STANDING_STATUS
+        if previous is not None and (self._stands or self._failures):
+            state = previous.end  # what is measured may be the very reason
         control = self._control(state, previous)
         self._last = control
         seconds = wall.perf_counter() - begin
@@ -372,6 +380,7 @@ class Mpc:
         fill.put_contact(self.clock, state.time)
         reference = self._reference.look_ahead(state, command, self.clock, elapsed, fill.count, fill.interval)
         fill.put_reference(reference)
+        fill.put_strides(self.clock, state.time, reference.foot_velocity)
         return reference
 
     # -- solving -----------------------------------------------------------------------------------------
@@ -387,18 +396,16 @@ class Mpc:
             iterations += solution.iterations
         violation = _violation(nlp, solution)
         finite = math.isfinite(violation)
-        good = finite and violation <= USABLE
-        if good:
+        moved = solution.solved or not np.array_equal(solution.w, self._iterate.variables())
+        if finite and moved and violation <= USABLE:
             self._iterate.take(solution.w)
             self._failures = 0
         else:
             self._failures += 1
             time = self._last.end.time if self._last is not None else 0.0
             if self._failures == 1:
-                self._note(
-                    time,
-                    f"a solve failed ({solution.status}, violation {violation:.2g}): the last plan goes on",
-                )
+                why = f"violation {violation:.2g}" if moved else "it found no step"
+                self._note(time, f"a solve failed ({why}): the last plan goes on")
             if self._failures >= FAILURES_MAX:
                 self.stop(f"{FAILURES_MAX} solves in a row have failed")
         rate = self._solver.first_cost(solution.w) / self._fill.interval if finite else math.nan
@@ -427,7 +434,7 @@ class Mpc:
         self, now: float, contact: NDArray[np.bool_], previous: Control | None
     ) -> tuple[Array, Array]:
         """Forces and motions of the plan now. Speeds change no faster than the bounds allow."""
-        layout, it, bounds = self._problem.layout, self._iterate, self.settings.bounds
+        layout, it, bounds = self._problem.layout, self._iterate, self._fill.bounds
         u = it.inputs[0]
         force = contact[:, None] * u[layout.inputs["force"]].reshape(4, 3) * self._fill.robot.weight
         motion = u[layout.inputs["motion"]].reshape(4, 2).copy()

@@ -56,12 +56,14 @@ class Reference:
         rate: its rate, (4, N + 1).
         heading: σ, (4, N + 1), rad.
         speed: v, (4, N + 1), m/s.
+        foot_velocity: of the nominal places of the feet, base-yaw frame, (2, 4, N + 1), m/s.
     """
 
     pose: Array
     rate: Array
     heading: Array
     speed: Array
+    foot_velocity: Array
 
 
 class ReferenceMaker:
@@ -249,7 +251,7 @@ class ReferenceMaker:
         speed = sign[:, None] * size * np.cos(np.minimum(left, 0.5 * np.pi)) * rolls
         rate = np.stack([c * twists[0] - s * twists[1], s * twists[0] + c * twists[1], 0 * c, twists[2]])
         pose = np.stack([poses[0], poses[1], np.full(count, self._height + self._height_change), poses[2]])
-        return Reference(pose, rate, heading, speed)
+        return Reference(pose, rate, heading, speed, velocity)
 
 
 def _approach(distance: float, largest: float, acceleration: float) -> float:

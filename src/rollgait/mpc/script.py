@@ -133,11 +133,15 @@ class RandomScript(Config):
 
 CRUISE = 0.3
 """m/s."""
-WALKING_SPEED = 0.04
+WALKING_SPEED = 0.03
 """Of the legged gait, m/s, starting and stopping included."""
 SETTLING = 4.0
-"""Time after the last goal of a motion before it counts, s."""
+"""Time after each goal of a motion in which it is reached closely, s."""
+RESTING = 3.0
+"""Time at the end with all feet on the ground, s."""
 LOCKED_GAIT, STEPPING_GAIT, ROLLING_GAIT = "walk", "crawl", "drive"
+RESTS = {LOCKED_GAIT: "stand", STEPPING_GAIT: ROLLING_GAIT}
+"""With which gait a motion that steps ends."""
 
 
 def script_of(scenario: Scenario) -> Script:
@@ -159,4 +163,9 @@ def script_of(scenario: Scenario) -> Script:
         commands.append(TimedCommand(at=at, command=command))
         at += math.dist(place, (goal.x, goal.y)) / speed + SETTLING
         place = (goal.x, goal.y)
-    return Script(duration=max(at, scenario.horizon), gait=gait, commands=tuple(commands))
+    at = max(at, scenario.horizon)
+    if gait != ROLLING_GAIT:
+        rest = commands[-1].command.model_copy(update={"gait": RESTS[gait]})
+        commands.append(TimedCommand(at=at, command=rest))
+        at += RESTING
+    return Script(duration=at, gait=gait, commands=tuple(commands))
