@@ -125,6 +125,13 @@ def test_nothing_but_nan_brings_it_to_a_stand(driving: Callable[..., ClosedLoop]
     assert_stands(loop)
 
 
+def test_a_state_that_no_robot_can_have_counts_as_none(driving: Callable[..., ClosedLoop]) -> None:
+    loop = driving(Spoiling(range(FAULT_AT, 10**6), offset=1e4))  # ten kilometres from its feet
+    go_on(loop, 4.0)
+    assert "not one that a robot can have" in texts(loop.mpc)
+    assert_stands(loop)
+
+
 def test_a_stall_of_50_ms_is_survived_and_noted(driving: Callable[..., ClosedLoop]) -> None:
     loop = driving()
     loop.stall(5)
@@ -156,7 +163,9 @@ def test_a_command_beyond_the_limits_is_cut_and_noted(driving: Callable[..., Clo
 
 
 def test_ten_failed_solves_bring_it_to_a_stand(driving: Callable[..., ClosedLoop]) -> None:
-    loop = driving(Spoiling(range(FAULT_AT, 10**6), offset=1e4))  # ten kilometres from its feet
+    loop = driving(
+        Spoiling(range(FAULT_AT, 10**6), offset=0.6)
+    )  # of what a robot can be, beyond any solution
     go_on(loop, 0.05)
     assert loop.prediction is not None
     assert loop.prediction.status.mode == "coasting"

@@ -11,9 +11,10 @@ from rollgait.errors import FileError
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.log import ARRAYS, MpcLog
 from rollgait.mpc.loop import ClosedLoop
-from rollgait.mpc.mpc import Event, Mpc
+from rollgait.mpc.mpc import Mpc
 from rollgait.mpc.plants.replay import Replay
 from rollgait.mpc.plants.rigid import RigidPlant
+from rollgait.mpc.prediction import Event
 from rollgait.mpc.script import Script, TimedCommand
 from rollgait.mpc.settings import MpcSettings
 from tests.mpc.builders import assert_equal

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from rollgait.config import validate
 from rollgait.errors import FileError
 from rollgait.files import replacing
-from rollgait.mpc.mpc import Event, Prediction
+from rollgait.mpc.prediction import Event, Prediction
 from rollgait.mpc.state import Control, RobotState
 from rollgait.robot.robot import Robot
 

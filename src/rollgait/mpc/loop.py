@@ -12,7 +12,8 @@ import numpy as np
 from rollgait.mpc.command import PoseCommand, VelocityCommand
 from rollgait.mpc.estimator import Estimator, Truth
 from rollgait.mpc.log import LogWriter, MpcLog
-from rollgait.mpc.mpc import Mpc, Prediction
+from rollgait.mpc.mpc import Mpc
+from rollgait.mpc.prediction import Prediction
 from rollgait.mpc.script import Script
 from rollgait.mpc.state import Control, Plant, RobotState
 

@@ -6,8 +6,8 @@ import logging
 import math
 import time as wall
 from collections import deque
-from dataclasses import dataclass, replace
-from typing import Final, Literal
+from dataclasses import replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,10 @@ from rollgait.dynamics.step import (
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.command import PoseCommand, VelocityCommand, check_command
 from rollgait.mpc.filling import Filling
+from rollgait.mpc.incoming import Incoming
 from rollgait.mpc.iterate import Iterate
 from rollgait.mpc.model import build
+from rollgait.mpc.prediction import STANDING_STATUS, Event, Mode, Prediction, Status
 from rollgait.mpc.reference import Reference, ReferenceMaker
 from rollgait.mpc.settings import MpcSettings
 from rollgait.mpc.standing import Standing
@@ -42,7 +44,6 @@ from rollgait.transcription.nlp import Nlp
 
 log = logging.getLogger("rollgait")
 Array = NDArray[np.float64]
-Mode = Literal["tracking", "coasting", "standing"]
 
 BARRIER: Final = 1e-2
 """Barrier parameter with which a step begins: a warm start is near the solution."""
@@ -54,76 +55,11 @@ REPAIRED: Final = 0.02
 """Violation from which on a step iterates again, if there is time: after a push, or a change of gait."""
 REPAIR_ITERATIONS: Final = 6
 """How many then."""
+HOPELESS: Final = 1e2
+"""Violation of a guess from which on the solver is not asked: it may not come back from there."""
 FAILURES_MAX: Final = 10
 """So many failed solves in a row bring the robot to a stand for good."""
-MISSING_MAX: Final = 0.1
-"""So long the robot goes on without a state, s."""
-STALL: Final = 1.5
-"""A step that comes later than so many periods after the last counts as a stall."""
-STALL_MAX: Final = 0.3
-"""After a stall of this length the last plan is worth nothing any more, s."""
 EVENTS_KEPT: Final = 1000
-
-
-@dataclass(frozen=True)
-class Status:
-    """How a step of the controller went.
-
-    Attributes:
-        mode: `tracking` the command; `coasting` on the last plan; `standing` for good, after a fault.
-        iterations: of the solver.
-        converged: whether the solver met its tolerance.
-        violation: largest violation of a constraint, in the solver's scaling.
-        cost: of the horizon.
-        cost_rate: of its first interval, per second.
-        seconds: of wall time that the step took.
-        late: whether that was more than the deadline.
-    """
-
-    mode: Mode
-    iterations: int
-    converged: bool
-    violation: float
-    cost: float
-    cost_rate: float
-    seconds: float
-    late: bool
-
-
-STANDING_STATUS: Final = Status("standing", 0, False, 0.0, 0.0, 0.0, 0.0, False)
-
-
-@dataclass(frozen=True, eq=False)
-class Prediction:
-    """What the controller expects.
-
-    Attributes:
-        time: of the nodes, (N + 1,), s.
-        com_position: r, (N + 1, 3), m.
-        euler: θ, (N + 1, 3), rad.
-        foot_position: p, (N + 1, 4, 3), m.
-        force: mean over each interval, (N, 4, 3), N.
-        contact: whether a foot stands for some of the interval, (N, 4).
-        reference: r and yaw that are asked for, (N + 1, 4).
-        status: of the step.
-    """
-
-    time: Array
-    com_position: Array
-    euler: Array
-    foot_position: Array
-    force: Array
-    contact: NDArray[np.bool_]
-    reference: Array
-    status: Status
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that was not as it should be: when (s), and what."""
-
-    time: float
-    text: str
 
 
 def _violation(nlp: Nlp, solution: Solution) -> float:
@@ -179,7 +115,7 @@ class Mpc:
         self.clock = GaitClock(gait)
         self._last: Control | None = None
         self._failures = 0
-        self._missing_since: float | None = None
+        self._incoming = Incoming(self.settings.period, self._note, self.stop)
         self._stands = False
         self._held = 0.0
         self._weights = self.settings.weights
@@ -217,7 +153,9 @@ class Mpc:
     def reset(self, gait: str | None = None) -> None:
         """Forgets the past and all faults: the next state is taken as that of a standing robot."""
         self._gait = gait or self._gait
-        self._last, self._failures, self._missing_since, self._stands = None, 0, None, False
+        self._last, self._failures, self._stands = None, 0, False
+        self._incoming.reset()
+        self.events.clear()
 
     # -- a step ------------------------------------------------------------------------------------------
 
@@ -235,7 +173,7 @@ class Mpc:
         """
         begin = wall.perf_counter()
         check_command(command)
-        state, elapsed = self._known_state(state)
+        state, elapsed = self._incoming.take(state, self._last)
         deadline = begin + (self.settings.deadline or self.settings.period)
         command = self._within_limits(command, state.time)
         if self._stands:
@@ -263,7 +201,7 @@ class Mpc:
     def _mode(self) -> Mode:
         if self._stands:
             return "standing"
-        coasts = self._failures > 0 or self._missing_since is not None
+        coasts = self._failures > 0 or self._incoming.missing
         return "coasting" if coasts else "tracking"
 
     def stop(self, reason: str) -> None:
@@ -279,42 +217,6 @@ class Mpc:
         log.warning("t = %.2f s: %s", time, text)
 
     # -- what is known -----------------------------------------------------------------------------------
-
-    def _known_state(self, state: RobotState | None) -> tuple[RobotState, float]:
-        """The state to plan from, and the time since the last step; faults are noted."""
-        from rollgait.errors import InputError
-
-        last = self._last
-        fault = (
-            "" if state is not None and state.is_finite() else "no state" if state is None else "not-a-number"
-        )
-        if last is None:
-            if fault or state is None:
-                raise InputError("state", fault, "must be the measured state of the robot at the first step")
-            return state, 0.0
-        if state is None or fault:
-            expected = last.end
-            if self._missing_since is None:
-                self._missing_since = last.begin.time
-                what = (
-                    "no state has come" if state is None else "the state holds a value that is not a number"
-                )
-                self._note(expected.time, f"{what}: going on with the expected one")
-            if expected.time - self._missing_since > MISSING_MAX:
-                self.stop(f"no usable state for {MISSING_MAX:g} s")
-            return expected, expected.time - last.begin.time
-        self._missing_since = None
-        elapsed = state.time - last.begin.time
-        if elapsed <= 0.0:
-            self._note(
-                state.time, "the state is as old as the last one or older: going on with the expected one"
-            )
-            return last.end, last.period
-        if elapsed > STALL * self.settings.period:
-            self._note(state.time, f"the last step was {1e3 * elapsed:.0f} ms ago")
-            if elapsed > STALL_MAX:
-                self.stop(f"a stall of {elapsed:.2g} s")
-        return state, elapsed
 
     def _within_limits(
         self, command: VelocityCommand | PoseCommand, time: float
@@ -387,6 +289,8 @@ class Mpc:
 
     def _solve(self, deadline: float) -> Status:
         nlp, solver = self._problem.nlp, self._solver
+        if not solver.violation(self._iterate.variables()) < HOPELESS:
+            return self._failed("the guess is far from any motion", math.inf)
         solution = solver.solve(self._iterate.variables(), until=deadline)
         iterations = solution.iterations
         if _violation(nlp, solution) > REPAIRED and wall.perf_counter() < deadline:
@@ -401,16 +305,21 @@ class Mpc:
             self._iterate.take(solution.w)
             self._failures = 0
         else:
-            self._failures += 1
-            time = self._last.end.time if self._last is not None else 0.0
-            if self._failures == 1:
-                why = f"violation {violation:.2g}" if moved else "it found no step"
-                self._note(time, f"a solve failed ({why}): the last plan goes on")
-            if self._failures >= FAILURES_MAX:
-                self.stop(f"{FAILURES_MAX} solves in a row have failed")
+            return self._failed(
+                f"violation {violation:.2g}" if moved else "it found no step", violation, iterations
+            )
         rate = self._solver.first_cost(solution.w) / self._fill.interval if finite else math.nan
         converged = solution.solved and violation < FEASIBLE
         return Status("tracking", iterations, converged, violation, solution.cost, rate, 0.0, False)
+
+    def _failed(self, why: str, violation: float, iterations: int = 0) -> Status:
+        self._failures += 1
+        if self._failures == 1:
+            time = self._last.end.time if self._last is not None else 0.0
+            self._note(time, f"a solve failed ({why}): the last plan goes on")
+        if self._failures >= FAILURES_MAX:
+            self.stop(f"{FAILURES_MAX} solves in a row have failed")
+        return Status("coasting", iterations, False, violation, math.nan, math.nan, 0.0, False)
 
     # -- what to do --------------------------------------------------------------------------------------
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Final, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from rollgait.config import Config, Flag, NonNegative, Number, Positive, Whole
+
+INTERVALS_MAX: Final = 500
 
 
 class MpcWeights(Config):
@@ -102,7 +104,14 @@ class MpcSettings(Config):
     limits: CommandLimits = CommandLimits()
     """Limits of commands."""
 
+    @model_validator(mode="after")
+    def _can_be_divided(self) -> Self:
+        count = self.horizon / self.interval
+        if not 2 <= round(count) <= INTERVALS_MAX:
+            raise ValueError(f"must have a horizon of 2 to {INTERVALS_MAX} intervals, not {count:.3g}")
+        return self
+
     @property
     def intervals(self) -> int:
         """N."""
-        return max(2, round(self.horizon / self.interval))
+        return round(self.horizon / self.interval)

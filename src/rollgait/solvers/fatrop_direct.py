@@ -131,6 +131,12 @@ class DirectFatrop:
             return None
         return self._error
 
+    def violation(self, w: Array) -> float:
+        """Largest violation of a constraint at the free variables, for the NLP as it is now; may be NaN."""
+        self._known = (np.empty(0), 0.0, np.empty(0))
+        _, g = self._values(w)
+        return float(self.nlp.violations(g, w).max(initial=0.0))
+
     def first_cost(self, w: Array) -> float:
         """Cost of the first stage alone, at the free variables."""
         cost, _ = self._stages[0].value(w)
