@@ -91,7 +91,7 @@ def test_closing_ends_all_connections(hands: Hands) -> None:
         page.send(FORWARD)
         assert becomes(hands, Wish(forward=1.0))
         endpoint.close()
-        assert hands.wish == REST
+        assert becomes(hands, REST)
 
 
 def test_the_joystick_knows_its_port_and_leaves_its_frame_whole(endpoint: Endpoint) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import gc
+import itertools
 import logging
 import multiprocessing
 import os
@@ -23,6 +25,9 @@ BUILD_WITHIN: Final = 600.0
 """The same for its first answer: kernels may have to be compiled, s."""
 END_WITHIN: Final = 2.0
 """It ends by itself in this time, s; otherwise it is ended."""
+
+COLLECT_EVERY: Final = 50
+"""Periods between two collections of young garbage: a drive has no end, so that none at all is no choice."""
 
 
 class LoopEndedError(RollgaitError):
@@ -130,11 +135,13 @@ def _run(pipe: Connection, setup: Setup) -> None:
             pipe.send(None)
             session.pace.restart()
             with no_collections():
-                while True:
+                for number in itertools.count(1):
                     session.step()
                     while pipe.poll():
                         session.handle(pipe.recv())
                         pipe.send(session.snapshot())
+                    if number % COLLECT_EVERY == 0:
+                        gc.collect(0)  # what is young is little, and takes a fraction of a millisecond
                     session.pace.wait()
         except RollgaitError as error:
             pipe.send(error)
