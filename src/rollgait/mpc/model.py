@@ -174,7 +174,7 @@ def _state(layout: Layouts, node: ca.SX, symbols: _Symbols) -> State:
 
 
 def _state_vector(layout: Layouts, x: State, symbols: _Symbols) -> ca.SX:
-    return ca.vertcat(
+    vector: ca.SX = ca.vertcat(
         *x.theta,
         *(c / symbols.momentum for c in x.L),
         *x.r,
@@ -182,6 +182,7 @@ def _state_vector(layout: Layouts, x: State, symbols: _Symbols) -> ca.SX:
         *(foot.p[a] for foot in x.feet for a in range(2)),
         *(x.feet[leg].sigma for leg in layout.steerable),
     )
+    return vector
 
 
 def _fill_interval(stage: LiveStage, robot: Robot, layout: Layouts, workspace: bool) -> ca.SX:
