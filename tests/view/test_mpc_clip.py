@@ -10,8 +10,8 @@ pytest.importorskip("viser", reason="needs the extra view")
 
 import rollgait as rg
 from rollgait.mpc.log import MpcLog
-from rollgait.mpc.prediction import Event
 from rollgait.mpc.plants.rigid import RigidPlant
+from rollgait.mpc.prediction import Event
 from rollgait.mpc.stance import standing_control
 from rollgait.view.clip import open_clip
 from rollgait.view.mpc_clip import clip_of_mpc

@@ -55,11 +55,19 @@ REPAIRED: Final = 0.02
 """Violation from which on a step iterates again, if there is time: after a push, or a change of gait."""
 REPAIR_ITERATIONS: Final = 6
 """How many then."""
+BELIEVED: Final = 0.1
+"""After a failed solve a state is believed if it is no farther than this from the expected one, m."""
 HOPELESS: Final = 1e2
 """Violation of a guess from which on the solver is not asked: it may not come back from there."""
 FAILURES_MAX: Final = 10
 """So many failed solves in a row bring the robot to a stand for good."""
 EVENTS_KEPT: Final = 1000
+
+
+def _far(state: RobotState, expected: RobotState) -> bool:
+    """Whether a state is too far from what was expected to be believed when something is wrong."""
+    gap = (state.com_position - expected.com_position, state.foot_position - expected.foot_position)
+    return max(float(np.abs(part).max()) for part in gap) > BELIEVED
 
 
 def _violation(nlp: Nlp, solution: Solution) -> float:
@@ -189,7 +197,7 @@ class Mpc:
             self._iterate.shift(elapsed / self.settings.interval)
         reference = self._fill_in(state, command, elapsed)
         status = self._solve(deadline) if not self._stands else STANDING_STATUS
-        if previous is not None and (self._stands or self._failures):
+        if previous is not None and (self._stands or self._failures) and _far(state, previous.end):
             state = previous.end  # what is measured may be the very reason
         control = self._control(state, previous)
         self._last = control

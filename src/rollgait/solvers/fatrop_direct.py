@@ -112,7 +112,7 @@ class DirectFatrop:
             raise error
         primal = self._library.fatrop_ocp_c_get_primal(self._solver).contents
         w = np.empty(self.nlp.size)
-        w[self._rows.order] = np.ctypeslib.as_array(primal.pa, (self.nlp.size,))
+        w[self._rows.order] = _read(primal.pa, self.nlp.size)
         f, g = self._values(w)
         stats = self._library.fatrop_ocp_c_get_stats(self._solver).contents
         solved = flag == 0 and bool(np.isfinite(w).all())
@@ -176,11 +176,6 @@ class DirectFatrop:
         # the callbacks must not keep the solver alive: its memory is large and goes with its last user
         this = weakref.proxy(self)
 
-        def copy(target: Any, values: Array) -> int:
-            if values.size:
-                np.ctypeslib.as_array(target, (values.size,))[:] = values
-            return 0
-
         # asked for stage by stage, in every solve: the quickest way counts
         guess, low_limits, high_limits = (a.ctypes.data for a in (self._guess, *rows.limits))
 
@@ -195,12 +190,14 @@ class DirectFatrop:
         def gradient(scale: float, x: Any, _s: Any, _g: Any, result: Any, _d: Any, _u: Any) -> int:
             nothing = np.full(nlp.size, np.nan)
             value = this._guarded(lambda: this._gradient(this._from_primal(x)), nothing)
-            copy(result, scale * value[rows.order])
+            _write(result, scale * value[rows.order])
             return c.SKIP
 
         def violation(x: Any, _s: Any, _g: Any, result: Any, dims: Any, _u: Any) -> int:
             nothing = np.full(rows.total, np.nan)
-            copy(result, this._guarded(lambda: this._violation(this._from_primal(x), dims.contents), nothing))
+            _write(
+                result, this._guarded(lambda: this._violation(this._from_primal(x), dims.contents), nothing)
+            )
             return c.SKIP
 
         def jacobian(x: Any, _s: Any, _g: Any, BAbt: Any, Ggt: Any, Ggt_ineq: Any, dims: Any, _u: Any) -> int:
@@ -251,7 +248,7 @@ class DirectFatrop:
 
     def _from_primal(self, x: Any) -> Array:
         w = np.empty(self.nlp.size)
-        w[self._rows.order] = np.ctypeslib.as_array(x, (self.nlp.size,))
+        w[self._rows.order] = _read(x, self.nlp.size)
         return w
 
     def _violation(self, w: Array, dims: c.Dims) -> Array:
@@ -275,7 +272,7 @@ class DirectFatrop:
 
     def _put_hessian(self, scale: float, w: Array, lam: Any, matrix: Any, dims: c.Dims) -> None:
         rows, place = self._rows, self._rows.places(dims)
-        given = np.ctypeslib.as_array(lam, (rows.total,))
+        given = _read(lam, rows.total)
         multipliers = np.zeros(self.nlp.rows + 1)
         multipliers[rows.equal] = given[place.equal]
         multipliers[rows.unequal] = given[place.unequal]
@@ -318,3 +315,16 @@ class DirectFatrop:
             )
         ):
             raise c.InterfaceError("fatrop's C interface is not the expected one: it reports other sizes")
+
+
+# NumPy's own view of a pointer would leave a cycle for the garbage collector, a dozen in each solve
+
+
+def _read(pointer: Any, count: int) -> Array:
+    values: Array = np.empty(count)
+    ctypes.memmove(values.ctypes.data, pointer, DOUBLE * count)
+    return values
+
+
+def _write(pointer: Any, values: Array) -> None:
+    ctypes.memmove(pointer, np.ascontiguousarray(values).ctypes.data, DOUBLE * values.size)
