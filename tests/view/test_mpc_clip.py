@@ -42,6 +42,7 @@ def log() -> MpcLog:
         reference=np.zeros((COUNT, 4)),
         wanted=np.zeros((COUNT, 3)),
         seconds=nothing,
+        solver_seconds=nothing,
         iterations=np.ones(COUNT, dtype=int),
         violation=nothing,
         cost=nothing,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -38,7 +39,7 @@ class MpcLog:
         contact: (n, 4), which feet shall stand.
         reference: r and yaw that are asked for, (n, 4), m and rad.
         wanted: forward and lateral velocity and yaw rate that are asked for now, (n, 3).
-        seconds: of wall time that each step took, (n,).
+        seconds, solver_seconds: of wall time that each step, and the solver in it, took, (n,).
         iterations, violation, mode, late: of each step, (n,); `mode` counts in `MODES`.
         cost: per second, (n,).
         base_position, base_quaternion, joint_position: of the whole body, (n, …); empty without one.
@@ -63,6 +64,7 @@ class MpcLog:
     reference: Array
     wanted: Array
     seconds: Array
+    solver_seconds: Array
     iterations: NDArray[np.int_]
     violation: Array
     cost: Array
@@ -95,6 +97,8 @@ class MpcLog:
             median_ms=float(np.median(ms)),
             p99_ms=float(np.percentile(ms, 99.0)),
             worst_ms=float(ms.max()),
+            solver_median_ms=float(np.median(1e3 * self.solver_seconds)),
+            solver_p99_ms=float(np.percentile(1e3 * self.solver_seconds, 99.0)),
             late=int(self.late.sum()),
             forward_rms=float(rms[0]),
             lateral_rms=float(rms[1]),
@@ -104,7 +108,7 @@ class MpcLog:
             final_yaw_deg=float(np.degrees(self.euler[-1, 0] - self.reference[-1, 3])),
             tilt_deg=float(tilt.max()),
             violation=float(self.violation.max()),
-            cost=float(np.mean(self.cost)),
+            cost=float(np.nanmean(self.cost)) if np.isfinite(self.cost).any() else math.nan,
             coasting=int((self.mode == 1).sum()),
             standing=int((self.mode == 2).sum()),
             fallen_at=self.fallen_at,
@@ -171,6 +175,7 @@ class MpcReport:
         steps: of the controller.
         rate: of the controller, Hz.
         median_ms, p99_ms, worst_ms: wall time of a step.
+        solver_median_ms, solver_p99_ms: of the solver alone.
         late: steps that took longer than the deadline.
         forward_rms, lateral_rms, turn_rms: velocity less what is asked for, m/s and rad/s.
         place_rms: CoM from the reference, m.
@@ -189,6 +194,8 @@ class MpcReport:
     median_ms: float
     p99_ms: float
     worst_ms: float
+    solver_median_ms: float
+    solver_p99_ms: float
     late: int
     forward_rms: float
     lateral_rms: float
@@ -259,6 +266,7 @@ class LogWriter:
                 prediction.reference[0],
                 np.array(wanted, dtype=float),
                 status.seconds,
+                status.solver_seconds,
                 status.iterations,
                 status.violation,
                 status.cost_rate,
@@ -298,6 +306,7 @@ ARRAYS: Final = (
     "reference",
     "wanted",
     "seconds",
+    "solver_seconds",
     "iterations",
     "violation",
     "cost",

@@ -299,6 +299,7 @@ class Mpc:
         nlp, solver = self._problem.nlp, self._solver
         if not solver.violation(self._iterate.variables()) < HOPELESS:
             return self._failed("the guess is far from any motion", math.inf)
+        begin = wall.perf_counter()
         solution = solver.solve(self._iterate.variables(), until=deadline)
         iterations = solution.iterations
         if _violation(nlp, solution) > REPAIRED and wall.perf_counter() < deadline:
@@ -306,28 +307,32 @@ class Mpc:
             more = max(REPAIR_ITERATIONS, self.settings.iterations)
             solution = solver.solve(self._iterate.variables(), until=deadline, iterations=more)
             iterations += solution.iterations
+        seconds = wall.perf_counter() - begin
         violation = _violation(nlp, solution)
-        finite = math.isfinite(violation)
-        moved = solution.solved or not np.array_equal(solution.w, self._iterate.variables())
-        if finite and moved and violation <= USABLE:
-            self._iterate.take(solution.w)
-            self._failures = 0
-        else:
-            return self._failed(
-                f"violation {violation:.2g}" if moved else "it found no step", violation, iterations
-            )
-        rate = self._solver.first_cost(solution.w) / self._fill.interval if finite else math.nan
-        converged = solution.solved and violation < FEASIBLE
-        return Status("tracking", iterations, converged, violation, solution.cost, rate, 0.0, False)
+        if violation > USABLE:
+            return self._failed(f"violation {violation:.2g}", violation, iterations, seconds)
+        if not solution.solved and np.array_equal(solution.w, self._iterate.variables()):
+            return self._failed("it found no step", violation, iterations, seconds)
+        self._iterate.take(solution.w)
+        self._failures = 0
+        return Status(
+            mode="tracking",
+            iterations=iterations,
+            converged=solution.solved and violation < FEASIBLE,
+            violation=violation,
+            cost=solution.cost,
+            cost_rate=solver.first_cost(solution.w) / self._fill.interval,
+            solver_seconds=seconds,
+        )
 
-    def _failed(self, why: str, violation: float, iterations: int = 0) -> Status:
+    def _failed(self, why: str, violation: float, iterations: int = 0, seconds: float = 0.0) -> Status:
         self._failures += 1
         if self._failures == 1:
             time = self._last.end.time if self._last is not None else 0.0
             self._note(time, f"a solve failed ({why}): the last plan goes on")
         if self._failures >= FAILURES_MAX:
             self.stop(f"{FAILURES_MAX} solves in a row have failed")
-        return Status("coasting", iterations, False, violation, math.nan, math.nan, 0.0, False)
+        return Status("coasting", iterations, violation=violation, solver_seconds=seconds)
 
     # -- what to do --------------------------------------------------------------------------------------
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -23,21 +24,23 @@ class Status:
         violation: largest violation of a constraint, in the solver's scaling.
         cost: of the horizon.
         cost_rate: of its first interval, per second.
+        solver_seconds: of wall time that the solver took.
         seconds: of wall time that the step took.
         late: whether that was more than the deadline.
     """
 
     mode: Mode
-    iterations: int
-    converged: bool
-    violation: float
-    cost: float
-    cost_rate: float
-    seconds: float
-    late: bool
+    iterations: int = 0
+    converged: bool = False
+    violation: float = 0.0
+    cost: float = math.nan
+    cost_rate: float = math.nan
+    solver_seconds: float = 0.0
+    seconds: float = 0.0
+    late: bool = False
 
 
-STANDING_STATUS: Final = Status("standing", 0, False, 0.0, 0.0, 0.0, 0.0, False)
+STANDING_STATUS: Final = Status("standing")
 
 
 @dataclass(frozen=True, eq=False)
