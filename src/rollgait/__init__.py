@@ -10,6 +10,9 @@ from rollgait.diagnosis.entry import diagnose
 from rollgait.diagnosis.report import Diagnosis, Reason, Suggestion
 from rollgait.errors import InputError, NotSolvedError, RollgaitError
 from rollgait.many import Outcome, plan_many
+from rollgait.mpc.command import PoseCommand, VelocityCommand
+from rollgait.mpc.mpc import Mpc
+from rollgait.mpc.setup import make_loop
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.term import Constraint, Cost, FootConstraint
 from rollgait.plan.plan import Plan
@@ -34,9 +37,11 @@ __all__ = [
     "InputError",
     "Instant",
     "JointTrajectory",
+    "Mpc",
     "NotSolvedError",
     "Outcome",
     "Plan",
+    "PoseCommand",
     "Reason",
     "Robot",
     "RollgaitError",
@@ -44,9 +49,11 @@ __all__ = [
     "Scenario",
     "SimulationLog",
     "Suggestion",
+    "VelocityCommand",
     "diagnose",
     "find_robot",
     "find_scenario",
+    "make_loop",
     "plan",
     "plan_many",
     "robot_names",

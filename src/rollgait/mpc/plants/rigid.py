@@ -6,7 +6,6 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 
 from rollgait.dynamics.step import angular_momentum
 from rollgait.mpc.fall import is_fallen
@@ -34,6 +33,9 @@ class RigidPlant:
     def __init__(
         self, robot: Robot, start: RobotState | None = None, noise: float = 0.0, seed: int = 0
     ) -> None:
+        from scipy.integrate import solve_ivp  # takes a tenth of a second to load
+
+        self._solve_ivp = solve_ivp
         self._robot, self._noise = robot, noise
         self._state = standing_state(robot) if start is None else start
         self._random = np.random.default_rng(seed)
@@ -76,7 +78,8 @@ class RigidPlant:
                 [y[6:9], self._euler_rate(theta, momentum), acceleration, torque, velocity.ravel(), turn]
             )
 
-        y = solve_ivp(rate, (0.0, period), y0, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE).y[:, -1]
+        found = self._solve_ivp(rate, (0.0, period), y0, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE)
+        y = found.y[:, -1]
         if self._noise:
             y[6:9] += self._noise * self._random.normal(size=3)
             y[9:12] += self._noise * self._robot.inertia_matrix @ self._random.normal(size=3)
