@@ -202,7 +202,7 @@ def _resident() -> float:
 
 
 TIMES = (
-    "The solver: one real-time iteration, and six more where that leaves a constraint violated by more than "
+    "The solver: one real-time iteration, and four more where that leaves a constraint violated by more than "
     "0.02. The whole step: also judging the state, the gait, the reference, filling in the numbers, and the "
     "control. CENTAURO on the rigid-body plant; driving, crawling and trotting under random "
     "commands and 100 N pushes. Late: longer than the period of 10 ms."

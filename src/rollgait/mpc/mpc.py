@@ -22,6 +22,7 @@ from rollgait.dynamics.step import (
     euler_rate,
     step,
 )
+from rollgait.errors import RollgaitError
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.command import PoseCommand, VelocityCommand, check_command
 from rollgait.mpc.filling import Filling
@@ -37,6 +38,7 @@ from rollgait.mpc.support import HOLD_MAX, READY_MARGIN, support_margin
 from rollgait.robot.robot import Robot
 from rollgait.solvers.fatrop import OPTIONS
 from rollgait.solvers.fatrop_direct import DirectFatrop
+from rollgait.solvers.fatrop_library import InterfaceError
 from rollgait.solvers.kernels import compiled
 from rollgait.solvers.linear_algebra import use_fast_products
 from rollgait.solvers.solution import Solution
@@ -53,12 +55,14 @@ USABLE: Final = 0.2
 """Violation from which on an iterate is not used: its motion is not one that the robot could make."""
 REPAIRED: Final = 0.02
 """Violation from which on a step iterates again, if there is time: after a push, or a change of gait."""
-REPAIR_ITERATIONS: Final = 6
+REPAIR_ITERATIONS: Final = 4
 """How many then."""
 BELIEVED: Final = 0.1
 """After a failed solve a state is believed if it is no farther than this from the expected one, m."""
 HOPELESS: Final = 1e2
 """Violation of a guess from which on the solver is not asked: it may not come back from there."""
+AFTERWARDS: Final = 1e-3
+"""What is left to do when the solver has come back takes less than this, s."""
 FAILURES_MAX: Final = 10
 """So many failed solves in a row bring the robot to a stand for good."""
 EVENTS_KEPT: Final = 1000
@@ -89,6 +93,10 @@ class Mpc:
         gait: with which it begins.
         kernels: compile the stage functions, where there is a compiler.
 
+    Raises:
+        UnknownNameError: there is no such robot or gait.
+        RollgaitError: the solver's library is not the expected one.
+
     Attributes:
         events: what went wrong, newest last.
         clock: which foot is where when.
@@ -109,8 +117,11 @@ class Mpc:
         self._problem = build(self.robot, self.settings, compiled if kernels else None)
         if kernels:
             use_fast_products()
-        options = OPTIONS | {"max_iter": self.settings.iterations, "mu_init": BARRIER}
-        self._solver = DirectFatrop(self._problem.nlp, self._problem.structure, options, {})
+        options = OPTIONS | {"mu_init": BARRIER}
+        try:
+            self._solver = DirectFatrop(self._problem.nlp, self._problem.structure, options, {})
+        except InterfaceError as error:
+            raise RollgaitError(f"the controller needs fatrop as CasADi 3.8 ships it: {error}") from None
         self._fill = Filling(self._problem, self.settings)
         self._take_robot(self.robot)
         self._iterate = Iterate(self._problem)
@@ -128,7 +139,6 @@ class Mpc:
         self._held = 0.0
         self._weights = self.settings.weights
         self._cut = ""
-        self._expected: Reference | None = None
 
     # -- what may be changed at any time -----------------------------------------------------------------
 
@@ -196,7 +206,7 @@ class Mpc:
         else:
             self._iterate.shift(elapsed / self.settings.interval)
         reference = self._fill_in(state, command, elapsed)
-        status = self._solve(deadline) if not self._stands else STANDING_STATUS
+        status = self._solve(deadline - AFTERWARDS) if not self._stands else STANDING_STATUS
         if previous is not None and (self._stands or self._failures) and _far(state, previous.end):
             state = previous.end  # what is measured may be the very reason
         control = self._control(state, previous)
@@ -300,11 +310,12 @@ class Mpc:
         if not solver.violation(self._iterate.variables()) < HOPELESS:
             return self._failed("the guess is far from any motion", math.inf)
         begin = wall.perf_counter()
-        solution = solver.solve(self._iterate.variables(), until=deadline)
+        wanted = self.settings.iterations
+        solution = solver.solve(self._iterate.variables(), until=deadline, iterations=wanted)
         iterations = solution.iterations
         if _violation(nlp, solution) > REPAIRED and wall.perf_counter() < deadline:
             # from the same guess: a second start from a first iterate would lose its barrier
-            more = max(REPAIR_ITERATIONS, self.settings.iterations)
+            more = max(REPAIR_ITERATIONS, wanted)
             solution = solver.solve(self._iterate.variables(), until=deadline, iterations=more)
             iterations += solution.iterations
         seconds = wall.perf_counter() - begin

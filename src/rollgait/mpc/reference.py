@@ -92,7 +92,7 @@ class ReferenceMaker:
     def reset(self, state: RobotState) -> None:
         """The reference is where the robot is, at rest."""
         self._pose = (float(state.com_position[0]), float(state.com_position[1]), float(state.euler[0]))
-        self._twist = (0.0, 0.0, 0.0)
+        self._twist, self._height_change = (0.0, 0.0, 0.0), 0.0
         self._backward[:] = False
 
     def look_ahead(

@@ -64,7 +64,8 @@ class DirectFatrop:
         self._error: BaseException | None = None
         self._iteration = 0
         self._least, self._least_at = np.inf, 0
-        self._until = math.inf
+        self._until = self._iterations_max = math.inf
+        self._iteration_began = 0.0
         self._jacobians: dict[int, JacobianFill] = {}
         self._hessians: dict[int, HessianFill] = {}
         self._interface = self._make_interface()
@@ -89,8 +90,8 @@ class DirectFatrop:
     ) -> Solution:
         """The solution from a guess of the free variables; `warm` says that the guess is near a solution.
 
-        Limits and parameters are those that the NLP has now. After `until` (a time of `time.perf_counter`, s)
-        no further iteration begins; `iterations` stands in for the option `max_iter`.
+        Limits and parameters are those that the NLP has now. No iteration begins that would end after `until`
+        (a time of `time.perf_counter`, s), nor more than `iterations` (fatrop's own `max_iter` of 1 makes two).
 
         Raises:
             KeyboardInterrupt: the user interrupted it, and nobody else handles that.
@@ -100,10 +101,9 @@ class DirectFatrop:
         self._least, self._least_at = np.inf, 0
         self._until, self._known = until, (np.empty(0), 0.0, np.empty(0))
         self._rows.load_bounds()
-        options = self._options | (self._warm_options if warm else {})
-        if iterations is not None:
-            options = options | {"max_iter": iterations}
-        for name, value in options.items():
+        self._iterations_max = math.inf if iterations is None else iterations
+        self._iteration_began = time.perf_counter()
+        for name, value in (self._options | (self._warm_options if warm else {})).items():
             kind = "double" if isinstance(value, float) else "int"
             getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
         with deferred_interrupt() as self._stop:
@@ -290,7 +290,10 @@ class DirectFatrop:
         worst = float(self.nlp.violations(g, w).max(initial=0.0))
         if worst < 0.9 * self._least or worst < SMALL_VIOLATION:
             self._least, self._least_at = worst, self._iteration
-        if self._stagnates() or time.perf_counter() > self._until:
+        now = time.perf_counter()
+        another_ends = 2.0 * now - self._iteration_began
+        self._iteration_began = now
+        if self._iteration >= self._iterations_max or another_ends > self._until or self._stagnates():
             self._give_up()
         if self._progress is not None:
             self._progress(Iteration(self._iteration, cost, worst))
