@@ -91,7 +91,7 @@ class DirectFatrop:
         """The solution from a guess of the free variables; `warm` says that the guess is near a solution.
 
         Limits and parameters are those that the NLP has now. No iteration begins that would end after `until`
-        (a time of `time.perf_counter`, s), nor more than `iterations` (fatrop's own `max_iter` of 1 makes two).
+        (a time of `time.perf_counter`, s), nor more than `iterations` (fatrop's `max_iter` of 1 makes two).
 
         Raises:
             KeyboardInterrupt: the user interrupted it, and nobody else handles that.
