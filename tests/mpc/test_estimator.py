@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -106,6 +107,19 @@ def test_messages_get_lost_where_they_shall() -> None:
     dropping = Dropping({1, 3, 4}, Truth())
     found = [dropping(random_state(0), None) is None for _ in range(6)]
     assert found == [False, True, False, True, True, False]
+
+
+@pytest.mark.parametrize("lag", [0, 2])
+def test_one_message_that_no_robot_sends_leaves_nothing_behind(lag: int) -> None:
+    estimator, true = Blended(Trust(0.1, 0.02, 0.05), lag=lag), random_state(4)
+    estimator(true, None)
+    for k in range(12):
+        off = 1e4 if k == 5 else 0.0
+        seen = replace(true, com_position=true.com_position + np.array([off, 0.0, 0.0]))
+        known = estimator(seen, true)  # the controller goes on with what it expected
+        assert known is not None
+        if k != 5:
+            assert_equal(known, true, atol=1e-9)
 
 
 def test_no_message_stays_none_and_numbers_that_are_none_pass_through() -> None:

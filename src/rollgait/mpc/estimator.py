@@ -15,6 +15,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.mpc.incoming import is_possible
 from rollgait.mpc.state import RobotState
 
 Array = NDArray[np.float64]
@@ -127,8 +128,8 @@ class Blended:
                 self._expected.append(measured)
             return measured
         self._expected.append(expected)
-        if measured is None or not measured.is_finite():
-            return measured
+        if measured is None or not is_possible(measured):
+            return measured  # the controller says so; not even a share of it is believed
         then = self._expected[0]
         result = corrected(expected, then, measured, self._trust)
         # the expectations of the past move along, or the same gap would be corrected again and again

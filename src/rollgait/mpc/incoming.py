@@ -28,6 +28,20 @@ TILT_MAX: Final = np.radians(85.0)
 Note = Callable[[float, str], None]
 
 
+def is_possible(state: RobotState) -> bool:
+    """Whether a robot can have such a state; what is not a number it cannot have."""
+    if not state.is_finite():
+        return False
+    away = state.foot_position[:, :2].mean(axis=0) - state.com_position[:2]
+    fast = max(
+        float(np.abs(state.com_velocity).max()) / SPEED_MAX,
+        float(np.abs(state.euler_rate).max()) / TURN_MAX,
+    )
+    return bool(
+        np.hypot(*away) <= FEET_AWAY_MAX and fast <= 1.0 and np.abs(state.euler[1:]).max() <= TILT_MAX
+    )
+
+
 class Incoming:
     """Judges the states of a controller one by one.
 
@@ -87,14 +101,7 @@ class Incoming:
             return "the state holds a value that is not a number"
         if state.time <= self._measured:
             return "the state is as old as the last one or older"
-        away = state.foot_position[:, :2].mean(axis=0) - state.com_position[:2]
-        fast = max(
-            float(np.abs(state.com_velocity).max()) / SPEED_MAX,
-            float(np.abs(state.euler_rate).max()) / TURN_MAX,
-        )
-        if np.hypot(*away) > FEET_AWAY_MAX or fast > 1.0 or np.abs(state.euler[1:]).max() > TILT_MAX:
-            return "the state is not one that a robot can have"
-        return ""
+        return "" if is_possible(state) else "the state is not one that a robot can have"
 
     def _without(self, last: Control, fault: str) -> tuple[RobotState, float]:
         expected = last.end
