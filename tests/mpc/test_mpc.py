@@ -2,6 +2,7 @@
 
 import gc
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -138,6 +139,56 @@ def test_another_mass_takes_effect_at_once(mpc: Mpc) -> None:
     assert control.force[:, 2].sum() == pytest.approx(heavy.weight, rel=2e-3)
     assert abs(plant.state.com_position[2] - heavy.height) < 5e-3
     assert mpc._problem is problem
+
+
+def test_with_another_mass_a_robot_that_turns_is_predicted_to_turn_on_as_fast(mpc: Mpc) -> None:
+    turning = replace(standing_state(mpc.robot), euler_rate=np.array([0.3, 0.0, 0.0]))
+    turned = []
+    for share in (1.0, 1.5):
+        mpc.set_mass(share * mpc.robot.mass)
+        mpc.reset("drive")
+        _, prediction = mpc.step(turning, STANDING)
+        turned.append(prediction.euler[1, 0] - prediction.euler[0, 0])
+    assert turned[1] == pytest.approx(turned[0], rel=0.2)
+
+
+def test_another_mass_is_carried_by_a_stand_without_a_solver(mpc: Mpc) -> None:
+    mpc.set_mass(1.2 * mpc.robot.mass)
+    mpc.stop("a test")
+    control, _ = mpc.step(standing_state(mpc.robot), STANDING)
+    assert control.force[:, 2].sum() == pytest.approx(1.2 * mpc.robot.weight)
+
+
+@pytest.mark.parametrize("height", [np.nan, [0.0, 0.1], "high"])
+def test_ground_that_is_no_height_is_refused(mpc: Mpc, height: object) -> None:
+    with pytest.raises(InputError, match="ground"):
+        mpc.set_ground(height)  # type: ignore[arg-type]
+    control, _ = mpc.step(standing_state(mpc.robot), STANDING)
+    assert control.end.is_finite()
+
+
+def test_who_is_stopped_before_the_first_step_lifts_no_foot(mpc: Mpc) -> None:
+    mpc.reset("trot")
+    mpc.stop("a test")
+    _, controls = run(mpc, VelocityCommand(forward=0.3), 1.5)
+    assert all(control.contact.all() for control in controls)
+
+
+def test_who_stands_for_good_expects_to_stay(mpc: Mpc) -> None:
+    loop = ClosedLoop(mpc, RigidPlant(mpc.robot))
+    for _ in range(30):
+        loop.step(VelocityCommand(forward=0.3))
+    mpc.stop("a test")
+    _, prediction = loop.step(STANDING)
+    assert np.ptp(prediction.com_position, axis=0).max() < 0.01
+
+
+def test_after_a_reset_everything_is_noted_again(mpc: Mpc) -> None:
+    plant, fast = RigidPlant(mpc.robot), VelocityCommand(forward=5.0)
+    for _ in range(2):
+        mpc.reset("drive")
+        mpc.step(plant.state, fast)
+        assert len(mpc.events) == 1
 
 
 def test_other_weights_take_effect_at_once(mpc: Mpc) -> None:

@@ -56,7 +56,6 @@ class Filling:
     def set_robot(self, robot: Robot) -> None:
         """Mass, inertia, stance and limbs of a robot with the same feet."""
         self.robot = robot
-        self.stance, self._centred = robot.stance, 0.0
         upper = np.triu_indices(3)
         margin = np.radians(self._settings.bounds.joint_margin_deg)
         for stage in self._stages:
@@ -64,7 +63,6 @@ class Filling:
             self._all(stage, "inertia_inverse", np.linalg.inv(robot.inertia_matrix)[upper])
             self._all(stage, "mass", [robot.mass])
             self._all(stage, "weight", [robot.weight])
-            self._all(stage, "stance", robot.stance.ravel())
             self._all(stage, "heading_offset", [leg.heading for leg in robot.leg_list])
             if self._settings.bounds.workspace:
                 for leg in range(4):
@@ -73,6 +71,7 @@ class Filling:
                     self._all(stage, f"high_{leg}", high)
                     for name, value in figures.items():
                         self._all(stage, f"{name}_{leg}", value)
+        self._write_stance()
 
     def set_weights(self, weights: MpcWeights) -> None:
         """Weights of the costs."""
@@ -155,9 +154,16 @@ class Filling:
         change = np.clip(centred - self._centred, -CENTRING_RATE * elapsed, CENTRING_RATE * elapsed)
         if change == 0.0 and not self._strides:
             return
-        self._strides = False
         self._centred += float(change)
-        self._strides = True
+        self._write_stance()
+
+    def reset_stance(self) -> None:
+        """The nominal stance is the robot's own again."""
+        self._centred = 0.0
+        self._write_stance()
+
+    def _write_stance(self) -> None:
+        self._strides = False
         self.stance = self.robot.stance.copy()
         self.stance[:, :2] -= self._centred * self.robot.stance[:, :2].mean(axis=0)
         for stage in self._stages:

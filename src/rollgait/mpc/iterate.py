@@ -34,6 +34,12 @@ class Iterate:
         """The node from which the motion starts."""
         return np.concatenate([self.states[0], self.previous])
 
+    def rest(self, state: Array) -> None:
+        """Nothing moves any more: all nodes but the first are this state (n_x,), forces are the last."""
+        self.states[1:] = state
+        self.inputs[:, self._force] = self.previous[:12]
+        self.inputs[:, self._motion] = 0.0
+
     def shift(self, share: float) -> None:
         """Moves on in time by a share of an interval (the last input is held)."""
         steps = int(share)

@@ -22,13 +22,14 @@ from rollgait.dynamics.step import (
     euler_rate,
     step,
 )
-from rollgait.errors import RollgaitError
+from rollgait.errors import InputError, RollgaitError
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.command import PoseCommand, VelocityCommand, check_command
 from rollgait.mpc.filling import Filling
+from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.incoming import Incoming
 from rollgait.mpc.iterate import Iterate
-from rollgait.mpc.model import build
+from rollgait.mpc.model import build, mean_inertia
 from rollgait.mpc.prediction import STANDING_STATUS, Event, Mode, Prediction, Status
 from rollgait.mpc.reference import Reference, ReferenceMaker
 from rollgait.mpc.settings import MpcSettings
@@ -128,9 +129,9 @@ class Mpc:
         rates = [leg.steering_rate_max for leg in self.robot.leg_list]
         steering_rate = min(self.settings.bounds.steering_rate_max, *rates)
         self._reference = ReferenceMaker(self.robot, self.settings.limits, steering_rate, self.robot.height)
-        self._standing = Standing(self.robot, self.settings)
         self.events: deque[Event] = deque(maxlen=EVENTS_KEPT)
         self._gait = gait
+        self._now = 0.0
         self.clock = GaitClock(gait)
         self._last: Control | None = None
         self._failures = 0
@@ -165,13 +166,25 @@ class Mpc:
         self._fill.set_bounds(type(self.settings.bounds)(**(self._fill.bounds.model_dump() | bounds)))
 
     def set_ground(self, height: Array | float) -> None:
-        """Height of the ground, m: one, or one for each foot (4,)."""
-        self._fill.ground = np.broadcast_to(np.asarray(height, dtype=float), (4,)).copy()
+        """Height of the ground, m: one, or one for each foot (4,). Raises `InputError`."""
+        rule = "must be a finite height in m, or one for each of the 4 feet"
+        try:
+            given = np.broadcast_to(np.asarray(height, dtype=float), (4,)).copy()
+        except (TypeError, ValueError):
+            raise InputError("ground", height, rule) from None
+        if not np.isfinite(given).all():
+            raise InputError("ground", height, rule)
+        self._fill.ground = given
 
     def reset(self, gait: str | None = None) -> None:
-        """Forgets the past and all faults: the next state is taken as that of a standing robot."""
-        self._gait = gait or self._gait
+        """Forgets the past and all faults: the next state is taken as that of a standing robot.
+
+        It begins with a gait: this one, or else the one of the last beginning. Raises `UnknownNameError`.
+        """
+        self._gait = self._gait if gait is None else find_gait(gait).name
         self._last, self._failures, self._stands = None, 0, False
+        self._held, self._cut = 0.0, ""
+        self._fill.reset_stance()
         self._incoming.reset()
         self.events.clear()
 
@@ -192,6 +205,7 @@ class Mpc:
         begin = wall.perf_counter()
         check_command(command)
         state, elapsed = self._incoming.take(state, self._last)
+        self._now = state.time
         deadline = begin + (self.settings.deadline or self.settings.period)
         command = self._within_limits(command, state.time)
         if self._stands:
@@ -208,7 +222,7 @@ class Mpc:
         reference = self._fill_in(state, command, elapsed)
         status = self._solve(deadline - AFTERWARDS) if not self._stands else STANDING_STATUS
         if previous is not None and (self._stands or self._failures) and _far(state, previous.end):
-            state = previous.end  # what is measured may be the very reason
+            state = previous.end.at(state.time)  # what is measured may be the very reason
         control = self._control(state, previous)
         self._last = control
         seconds = wall.perf_counter() - begin
@@ -247,7 +261,7 @@ class Mpc:
 
     def _begin(self, state: RobotState) -> None:
         """Standing: the weight on all feet, all else at rest."""
-        self.clock = GaitClock(self._gait, state.time)
+        self.clock = GaitClock("stand" if self._stands else self._gait, state.time)
         self._reference.reset(state)
         it, layout = self._iterate, self._problem.layout
         it.states[:] = self._node(state)
@@ -280,7 +294,7 @@ class Mpc:
         return np.concatenate(
             [
                 state.euler,
-                np.array(L) / self._problem.momentum,
+                np.array(L) / self._momentum,
                 state.com_position,
                 state.com_velocity,
                 state.foot_position[:, :2].ravel(),
@@ -313,10 +327,10 @@ class Mpc:
         wanted = self.settings.iterations
         solution = solver.solve(self._iterate.variables(), until=deadline, iterations=wanted)
         iterations = solution.iterations
-        if _violation(nlp, solution) > REPAIRED and wall.perf_counter() < deadline:
+        again = wanted < REPAIR_ITERATIONS and _violation(nlp, solution) > REPAIRED
+        if again and wall.perf_counter() < deadline:
             # from the same guess: a second start from a first iterate would lose its barrier
-            more = max(REPAIR_ITERATIONS, wanted)
-            solution = solver.solve(self._iterate.variables(), until=deadline, iterations=more)
+            solution = solver.solve(self._iterate.variables(), until=deadline, iterations=REPAIR_ITERATIONS)
             iterations += solution.iterations
         seconds = wall.perf_counter() - begin
         violation = _violation(nlp, solution)
@@ -339,8 +353,7 @@ class Mpc:
     def _failed(self, why: str, violation: float, iterations: int = 0, seconds: float = 0.0) -> Status:
         self._failures += 1
         if self._failures == 1:
-            time = self._last.end.time if self._last is not None else 0.0
-            self._note(time, f"a solve failed ({why}): the last plan goes on")
+            self._note(self._now, f"a solve failed ({why}): the last plan goes on")
         if self._failures >= FAILURES_MAX:
             self.stop(f"{FAILURES_MAX} solves in a row have failed")
         return Status("coasting", iterations, violation=violation, solver_seconds=seconds)
@@ -361,6 +374,7 @@ class Mpc:
         end = self._end_of_period(state, force, motion, period)
         if self._stands:
             end = self._standing.settle(end, period)
+            it.rest(self._node(end))
         return Control(state, end, force, motion, contact)
 
     def _inputs(
@@ -410,6 +424,8 @@ class Mpc:
     def _take_robot(self, robot: Robot) -> None:
         self._inertia = robot.inertia_matrix.tolist()
         inverse = np.linalg.inv(robot.inertia_matrix).tolist()
+        self._momentum = mean_inertia(robot)
+        self._standing = Standing(robot, self.settings)
         legs = robot.leg_list
         self._figures = Figures(
             robot.mass, inverse, [leg.foot for leg in legs], [leg.heading for leg in legs]
