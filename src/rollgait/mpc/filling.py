@@ -130,12 +130,14 @@ class Filling:
         low = np.where(stands, share * bounds.force_min / weight, -OPEN)
         high = np.where(stands, np.maximum(share * self._force_max[:, None] / weight, FORCE_ROOM), OPEN)
         self._put_limits("force", low, high)
+        self.share, self.force_low, self.force_high = share, low, high
         self._put_limits("friction", np.repeat(np.where(stands, 0.0, -OPEN), 4, axis=0), np.inf)
         speed = np.where(stands, self._speed[:, None], bounds.swing_speed_max)
         self._put_limits("first_motion", -speed, speed)
         rate_max = np.where(share >= 1.0, bounds.acceleration_max, bounds.swing_acceleration_max) * h
         self._put_limits("acceleration", -rate_max, rate_max)
-        stage.numbers("force_ref")[2::3] = self._static_forces(share)
+        self.usual_force: Array = self._static_forces(share)
+        stage.numbers("force_ref")[2::3] = self.usual_force
 
     def _static_forces(self, share: Array) -> Array:
         """Vertical forces that would carry the robot at its nominal stance, (4, N), in its weights."""

@@ -9,6 +9,9 @@ from rollgait.mpc.model import LiveProblem
 
 Array = NDArray[np.float64]
 
+SMALL_FORCE = 0.1
+"""Of the weight: less than that is no sum of forces to be kept."""
+
 
 class Iterate:
     """States (N + 1, n_x) and inputs (N, n_u) in the units of the variables.
@@ -25,6 +28,7 @@ class Iterate:
         self.states: Array = np.zeros((count + 1, layout.last))
         self.inputs: Array = np.zeros((count, layout.inputs.size))
         self.previous: Array = np.zeros(layout.node.size - layout.last)
+        self._share, self._usual = np.ones((4, count)), np.full((4, count), 0.25)
         self._w: Array = np.zeros(problem.nlp.size)
         self._rows = np.zeros((count, layout.stage))
         self._force, self._motion = layout.inputs["force"], layout.inputs["motion"]
@@ -53,6 +57,28 @@ class Iterate:
         X[:-1] += share * (X[1:] - X[:-1])
         X[-1] = last
         U[:-1] += share * (U[1:] - U[:-1])
+
+    def adapt_forces(self, share: Array, low: Array, high: Array, usual: Array) -> None:
+        """Makes the forces fit the contact schedule of now, so that one iteration has little to mend.
+
+        Within the horizon the shift in time has done that; the last interval gets what standing still would
+        change, as nothing follows it. All feet together carry what they did.
+
+        Args:
+            share: of each interval in which a foot stands, (4, N).
+            low, high: limits of the vertical forces, (4, N), in the units of the variables.
+            usual: vertical forces of standing still, (4, N).
+        """
+        force = self.inputs[:, self._force].reshape(self._count, 4, 3)
+        stood, stands = self._share.T > 0.0, share.T > 0.0
+        before = (force[:, :, 2] * stood).sum(axis=1)
+        force[stands & ~stood] = 0.0
+        force[-1, :, 2] += np.where(stands[-1], usual[:, -1] - self._usual[:, -1], 0.0)
+        after = (force[:, :, 2] * stands).sum(axis=1)
+        scale = np.where(after > SMALL_FORCE, before / np.maximum(after, SMALL_FORCE), 1.0)
+        force[:, :, 2] = np.clip(force[:, :, 2] * np.where(stands, scale[:, None], 1.0), low.T, high.T)
+        self.inputs[:, self._force] = force.reshape(self._count, 12)
+        self._share, self._usual = share, usual
 
     def variables(self) -> Array:
         """The free variables of the problem."""

@@ -312,6 +312,7 @@ class Mpc:
         fill.put_state(it.first_node)
         fill.put_stance(self.clock.gait.centred, elapsed)
         fill.put_contact(self.clock, state.time)
+        it.adapt_forces(fill.share, fill.force_low, fill.force_high, fill.usual_force)
         reference = self._reference.look_ahead(state, command, self.clock, elapsed, fill.count, fill.interval)
         fill.put_reference(reference)
         fill.put_strides(self.clock, state.time, reference.foot_velocity)

@@ -9,6 +9,8 @@ from pydantic import Field, model_validator
 from rollgait.config import Config, Flag, NonNegative, Number, Positive, Whole
 
 INTERVALS_MAX: Final = 500
+PERIOD_MIN: Final = 1e-3
+"""s; the physics have no shorter steps."""
 
 
 class MpcWeights(Config):
@@ -109,6 +111,9 @@ class MpcSettings(Config):
         count = self.horizon / self.interval
         if not 2 <= round(count) <= INTERVALS_MAX:
             raise ValueError(f"must have a horizon of 2 to {INTERVALS_MAX} intervals, not {count:.3g}")
+        if not PERIOD_MIN <= self.period <= self.interval:
+            rule = f"must have a period between {PERIOD_MIN:g} s and the interval of {self.interval:g} s"
+            raise ValueError(f"{rule}, not {self.period:g} s")
         return self
 
     @property
