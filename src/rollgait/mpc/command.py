@@ -9,7 +9,7 @@ from pydantic import Discriminator
 
 from rollgait.config import Config, NonNegative, Number
 from rollgait.errors import InputError
-from rollgait.mpc.gaits import GAITS
+from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.settings import CommandLimits
 
 
@@ -23,9 +23,7 @@ class BaseCommand(Config):
 
     def check(self) -> None:
         """Raises `UnknownNameError` if there is no such gait."""
-        if self.gait is not None and self.gait not in GAITS:
-            from rollgait.mpc.gaits import find_gait
-
+        if self.gait is not None:
             find_gait(self.gait)
 
 

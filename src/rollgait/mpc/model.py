@@ -343,11 +343,6 @@ def workspace_limits(robot: Robot, leg: int, margin: float) -> tuple[Array, Arra
     return np.concatenate(low), np.concatenate(high), figures
 
 
-def has_workspace(robot: Robot, leg: int) -> bool:
-    """Whether the leg's joints are known."""
-    return robot.leg_list[leg].limb is not None
-
-
 def _symmetric(upper: ca.SX) -> ca.SX:
     xx, xy, xz, yy, yz, zz = (upper[i] for i in range(6))
     matrix: ca.SX = ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Final, Self
+import math
+from typing import Annotated, Final
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from rollgait.config import Config, Flag, NonNegative, Number, Positive, Whole
 
 INTERVALS_MAX: Final = 500
+"""Most intervals of a horizon: a step with more takes far longer than any period."""
 PERIOD_MIN: Final = 1e-3
 """s; the physics have no shorter steps."""
 
@@ -106,15 +108,21 @@ class MpcSettings(Config):
     limits: CommandLimits = CommandLimits()
     """Limits of commands."""
 
-    @model_validator(mode="after")
-    def _can_be_divided(self) -> Self:
-        count = self.horizon / self.interval
-        if not 2 <= round(count) <= INTERVALS_MAX:
-            raise ValueError(f"must have a horizon of 2 to {INTERVALS_MAX} intervals, not {count:.3g}")
-        if not PERIOD_MIN <= self.period <= self.interval:
-            rule = f"must have a period between {PERIOD_MIN:g} s and the interval of {self.interval:g} s"
-            raise ValueError(f"{rule}, not {self.period:g} s")
-        return self
+    @field_validator("interval")
+    @classmethod
+    def _divides_the_horizon(cls, value: float, others: ValidationInfo) -> float:
+        horizon = others.data.get("horizon", math.nan)
+        if math.isfinite(horizon) and not 2 <= round(horizon / value) <= INTERVALS_MAX:
+            raise ValueError(f"must divide the horizon of {horizon:g} s into 2 to {INTERVALS_MAX} intervals")
+        return value
+
+    @field_validator("period")
+    @classmethod
+    def _fits_the_interval(cls, value: float, others: ValidationInfo) -> float:
+        longest = others.data.get("interval", math.inf)
+        if not PERIOD_MIN <= value <= longest:
+            raise ValueError(f"must lie between {PERIOD_MIN:g} s and the interval of {longest:g} s")
+        return value
 
     @property
     def intervals(self) -> int:
