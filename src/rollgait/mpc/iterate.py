@@ -28,7 +28,7 @@ class Iterate:
         self.states: Array = np.zeros((count + 1, layout.last))
         self.inputs: Array = np.zeros((count, layout.inputs.size))
         self.previous: Array = np.zeros(layout.node.size - layout.last)
-        self._share, self._usual = np.ones((4, count)), np.full((4, count), 0.25)
+        self.forget_contacts()
         self._w: Array = np.zeros(problem.nlp.size)
         self._rows = np.zeros((count, layout.stage))
         self._force, self._motion = layout.inputs["force"], layout.inputs["motion"]
@@ -37,6 +37,10 @@ class Iterate:
     def first_node(self) -> Array:
         """The node from which the motion starts."""
         return np.concatenate([self.states[0], self.previous])
+
+    def forget_contacts(self) -> None:
+        """The forces are again those of a robot that stands on all feet."""
+        self._share, self._usual = np.ones((4, self._count)), np.full((4, self._count), 0.25)
 
     def rest(self, state: Array) -> None:
         """Nothing moves any more: all nodes but the first are this state (n_x,), forces are the last."""

@@ -266,6 +266,7 @@ class Mpc:
         it, layout = self._iterate, self._problem.layout
         it.states[:] = self._node(state)
         it.inputs[:] = 0.0
+        it.forget_contacts()
         p = self.robot.stance[:, :2]
         A = np.vstack([np.ones(4), p.T])
         forces = np.linalg.pinv(A) @ np.array([1.0, 0.0, 0.0])
