@@ -95,7 +95,7 @@ class ClosedLoop:
                     fallen_at = self.time
                 if stopped or self.plant.fallen:
                     break
-        return writer.finish(fallen_at, self.mpc.events)
+        return writer.finish(fallen_at, [event for event in self.mpc.events if event.time >= begin])
 
 
 def continued(control: Control) -> Control:

@@ -18,6 +18,9 @@ from rollgait.scenario.scenario import Goal, LaterGoal, Scenario
 
 Array = NDArray[np.float64]
 
+Pause = Annotated[Number, Field(ge=0.01)]
+"""Between two of the same kind, s; shorter ones would be more than a script can hold."""
+
 
 class TimedCommand(Config):
     """A command and from when on it holds."""
@@ -87,7 +90,7 @@ class RandomScript(Config):
     """Largest, m/s, in any direction."""
     turn_rate: NonNegative = 0.5
     """Largest, rad/s."""
-    every: Positive = 4.0
+    every: Pause = 4.0
     """A new velocity so often, s."""
     gaits: tuple[str, ...] = ("drive", "crawl", "trot")
     """Gaits that take turns at random."""
@@ -95,7 +98,7 @@ class RandomScript(Config):
     """A new gait so often, s."""
     push: NonNegative = 0.0
     """Horizontal force of pushes, N."""
-    push_every: Positive = 5.0
+    push_every: Pause = 5.0
     """A push so often, s."""
     push_duration: Positive = 0.2
     """s."""
