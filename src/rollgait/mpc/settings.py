@@ -112,7 +112,7 @@ class MpcSettings(Config):
     @classmethod
     def _divides_the_horizon(cls, value: float, others: ValidationInfo) -> float:
         horizon = others.data.get("horizon", math.nan)
-        if math.isfinite(horizon) and not 2 <= round(horizon / value) <= INTERVALS_MAX:
+        if math.isfinite(horizon) and not 1.5 <= horizon / value <= INTERVALS_MAX + 0.5:
             raise ValueError(f"must divide the horizon of {horizon:g} s into 2 to {INTERVALS_MAX} intervals")
         return value
 
