@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from rollgait.mpc.command import VelocityCommand
-from rollgait.mpc.estimator import Dropping, Truth
+from rollgait.mpc.estimator import Dropping, Estimator, Truth
 from rollgait.mpc.loop import ClosedLoop
 from rollgait.mpc.mpc import Mpc
 from rollgait.mpc.settings import MpcSettings
-from rollgait.mpc.setup import make_loop
+from rollgait.mpc.setup import make_loop, observer
 from rollgait.mpc.state import RobotState
 
 pytest.importorskip("mujoco")
@@ -47,10 +47,11 @@ class Spoiling:
 def driving(request: pytest.FixtureRequest) -> Callable[..., ClosedLoop]:
     """Makes a loop in which the robot moves in a gait and is about to meet a fault."""
 
-    def make(estimator: object = None) -> ClosedLoop:
+    def make(measurement: Estimator | None = None, raw: bool = False) -> ClosedLoop:
         loop = make_loop("centauro", "mujoco", MpcSettings(deadline=DEADLINE), gait=request.param)
-        if estimator is not None:
-            loop = ClosedLoop(loop.mpc, loop.plant, estimator)  # type: ignore[arg-type]
+        if measurement is not None:
+            known = measurement if raw else observer("mujoco", loop.mpc.settings.period, measurement)
+            loop = ClosedLoop(loop.mpc, loop.plant, known)
         for _ in range(FAULT_AT):
             loop.step(COMMAND)
         return loop
@@ -100,7 +101,7 @@ def test_few_lost_messages_are_made_up_for(driving: Callable[..., ClosedLoop]) -
     go_on(loop, 0.03)
     assert loop.prediction is not None
     assert loop.prediction.status.mode == "coasting"
-    assert "no state has come" in texts(loop.mpc)
+    assert "no usable state has come" in texts(loop.mpc)
     assert_goes_on(loop)
 
 
@@ -129,6 +130,13 @@ def test_a_state_that_no_robot_can_have_counts_as_none(driving: Callable[..., Cl
     loop = driving(Spoiling(range(FAULT_AT, 10**6), offset=1e4))  # ten kilometres from its feet
     go_on(loop, 4.0)
     assert "not one that a robot can have" in texts(loop.mpc)
+    assert_stands(loop)
+
+
+def test_a_measurement_far_from_what_was_expected_is_not_believed(driving: Callable[..., ClosedLoop]) -> None:
+    loop = driving(Spoiling(range(FAULT_AT, 10**6), offset=0.6))
+    go_on(loop, 4.0)
+    assert "stands: no usable state" in texts(loop.mpc)
     assert_stands(loop)
 
 
@@ -163,9 +171,8 @@ def test_a_command_beyond_the_limits_is_cut_and_noted(driving: Callable[..., Clo
 
 
 def test_ten_failed_solves_bring_it_to_a_stand(driving: Callable[..., ClosedLoop]) -> None:
-    loop = driving(
-        Spoiling(range(FAULT_AT, 10**6), offset=0.6)
-    )  # of what a robot can be, beyond any solution
+    # of what a robot can be, but beyond any solution; believed at once
+    loop = driving(Spoiling(range(FAULT_AT, 10**6), offset=0.6), raw=True)
     go_on(loop, 0.05)
     assert loop.prediction is not None
     assert loop.prediction.status.mode == "coasting"

@@ -264,7 +264,7 @@ def test_standing_without_a_solver_carries_the_weight(mpc: Mpc) -> None:
     assert not plant.fallen
     assert np.abs(plant.state.com_position - standing_state(mpc.robot).com_position).max() < 0.02
     held = standing_control(mpc.robot, plant.state, mpc.settings.period)
-    np.testing.assert_allclose(control.force.sum(axis=0), held.force.sum(axis=0), atol=1e-6)
+    np.testing.assert_allclose(control.force.sum(axis=0), held.force.sum(axis=0), atol=1e-3)
     assert "a test" in mpc.events[-1].text
 
 

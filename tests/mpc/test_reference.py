@@ -19,6 +19,18 @@ from tests.mpc.builders import mirrored
 
 ROBOT = rg.find_robot("centauro")
 LIMITS = CommandLimits()
+
+
+def symmetric(robot: rg.Robot) -> rg.Robot:
+    """The same robot with the steering ranges of its left legs, mirrored, on the right: its own differ."""
+    data = robot.model_dump(mode="json")
+    for left, right in (("FL", "FR"), ("HL", "HR")):
+        low, high = data["legs"][left]["steering"]
+        data["legs"][right]["steering"] = [-high, -low]
+    return rg.Robot.model_validate(data)
+
+
+SYMMETRIC = symmetric(ROBOT)
 STEP, COUNT, INTERVAL = 0.02, 10, 0.1
 STEERING_RATE = 2.0
 few = settings(max_examples=15)
@@ -27,8 +39,8 @@ few = settings(max_examples=15)
 class Follower:
     """A robot that is always where the reference was, its wheels turned as fast as they can."""
 
-    def __init__(self, gait: str = "drive", start: RobotState | None = None) -> None:
-        self.maker = ReferenceMaker(ROBOT, LIMITS, STEERING_RATE, ROBOT.height)
+    def __init__(self, gait: str = "drive", start: RobotState | None = None, robot: rg.Robot = ROBOT) -> None:
+        self.maker = ReferenceMaker(robot, LIMITS, STEERING_RATE, ROBOT.height)
         self.state = standing_state(ROBOT) if start is None else start
         self.maker.reset(self.state)
         self.clock = GaitClock(gait)
@@ -127,7 +139,10 @@ def test_a_full_turn_is_a_full_turn(turn: float) -> None:
 @few
 @given(st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), st.floats(-0.6, 0.6))
 def test_left_is_to_right_as_right_is_to_left(forward: float, lateral: float, turn: float) -> None:
-    one, other = Follower(), Follower(start=mirrored(standing_state(ROBOT)))
+    one, other = (
+        Follower(start=start, robot=SYMMETRIC)
+        for start in (standing_state(ROBOT), mirrored(standing_state(ROBOT)))
+    )
     one.go(VelocityCommand(forward=forward, lateral=lateral, turn_rate=turn), 3.0)
     other.go(VelocityCommand(forward=forward, lateral=-lateral, turn_rate=-turn), 3.0)
     np.testing.assert_allclose(np.array(one.poses) * [1.0, -1.0, -1.0], other.poses, atol=0.02)

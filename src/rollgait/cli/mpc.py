@@ -34,6 +34,9 @@ EVENTS_SHOWN = 12
 SHOWN_EVERY = 0.2
 """Between two changes of the progress line, s of the robot's time."""
 
+FIRST_GAIT = "drive"
+"""With which a script begins that does not say it."""
+
 
 def mpc(
     robot: Annotated[
@@ -142,7 +145,7 @@ def _loop(
     from rollgait.mpc.setup import PLANTS, make_loop
 
     options: dict[str, Any] = {
-        "gait": asked.script.gait,
+        "gait": asked.script.gait or FIRST_GAIT,
         "estimator": estimator,
         "kernels": kernels,
         "seed": seed,

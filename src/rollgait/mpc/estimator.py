@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.mpc.incoming import is_possible
-from rollgait.mpc.state import RobotState
+from rollgait.mpc.state import RobotState, unwrapped
 
 Array = NDArray[np.float64]
 
@@ -114,10 +114,13 @@ class Blended:
         trust: shares of the measurement.
         inner: the other estimator; the truth if not given.
         lag: by how many periods the measurement is known to be behind what the robot is told.
+        gate: a measurement of places that is farther than this from what was expected is no use, m.
     """
 
-    def __init__(self, trust: Trust, inner: Estimator | None = None, lag: int = 0) -> None:
-        self._trust, self._inner = trust, inner or Truth()
+    def __init__(
+        self, trust: Trust, inner: Estimator | None = None, lag: int = 0, gate: float = math.inf
+    ) -> None:
+        self._trust, self._inner, self._gate = trust, inner or Truth(), gate
         self._expected: deque[RobotState] = deque(maxlen=lag + 1)
 
     def __call__(self, true: RobotState, expected: RobotState | None) -> RobotState | None:
@@ -131,6 +134,10 @@ class Blended:
         if measured is None or not is_possible(measured):
             return measured  # the controller says so; not even a share of it is believed
         then = self._expected[0]
+        measured = unwrapped(measured, then)
+        gaps = (measured.com_position - then.com_position, measured.foot_position - then.foot_position)
+        if max(float(np.abs(gap).max()) for gap in gaps) > self._gate:
+            return None
         result = corrected(expected, then, measured, self._trust)
         # the expectations of the past move along, or the same gap would be corrected again and again
         moved = [corrected(state, then, measured, self._trust) for state in self._expected]

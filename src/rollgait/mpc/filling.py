@@ -35,7 +35,7 @@ class Filling:
 
     def __init__(self, problem: LiveProblem, settings: MpcSettings) -> None:
         self._problem, self._settings = problem, settings
-        self.count, self.interval = settings.intervals, settings.interval
+        self.count, self.interval = settings.intervals, settings.horizon / settings.intervals
         self.ground: Array = np.zeros(4)
         nlp = problem.nlp
         self._row_number = nlp.row_numbers(nlp.blocks[0])
@@ -92,8 +92,9 @@ class Filling:
         self.bounds = bounds
         self._speed = np.array([min(bounds.speed_max, leg.speed_max) for leg in legs])
         self.speed_limit: Array = np.maximum(self._speed, bounds.swing_speed_max)
-        rate = np.array([[min(bounds.steering_rate_max, leg.steering_rate_max)] for leg in legs])
-        self._put_limits("second_motion", -rate, rate)
+        rates = [min(bounds.steering_rate_max, leg.steering_rate_max) for leg in legs]
+        self.steering_rate: Array = np.array(rates)
+        self._put_limits("second_motion", -self.steering_rate[:, None], self.steering_rate[:, None])
         self._problem.interval.numbers("mu")[:] = bounds.friction
 
     def _all(self, stage: LiveStage, name: str, values: object) -> None:

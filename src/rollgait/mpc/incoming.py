@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from rollgait.errors import InputError
-from rollgait.mpc.state import Control, RobotState
+from rollgait.mpc.state import SHAPES, Control, RobotState, unwrapped
 
 MISSING_MAX: Final = 0.1
 """So long the robot goes on without a usable state, s."""
@@ -86,6 +86,7 @@ class Incoming:
         if state is None or fault:
             return self._without(last, fault)
         self._missing_since, self._measured = None, state.time
+        state = unwrapped(state, last.end)
         elapsed = max(state.time - last.begin.time, 0.0)
         if elapsed > STALL * self._period:
             self._note(state.time, f"the last step was {1e3 * elapsed:.0f} ms ago")
@@ -96,7 +97,9 @@ class Incoming:
     def _fault(self, state: RobotState | None) -> str:
         """Why a state cannot be used; empty if it can."""
         if state is None:
-            return "no state has come"
+            return "no usable state has come"
+        if any(np.shape(getattr(state, name)) != shape for name, shape in SHAPES.items()):
+            return "the state has parts of the wrong shape"
         if not state.is_finite():
             return "the state holds a value that is not a number"
         if state.time <= self._measured:

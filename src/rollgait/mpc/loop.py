@@ -53,6 +53,7 @@ class ClosedLoop:
         self._estimator = estimator or Truth()
         self.control: Control | None = None
         self.prediction: Prediction | None = None
+        self._trouble = ""
 
     @property
     def time(self) -> float:
@@ -65,6 +66,10 @@ class ClosedLoop:
         known = self._estimator(self.plant.state, expected)
         control, prediction = self.mpc.step(known, command)
         self.plant.step(control)
+        trouble = getattr(self.plant, "trouble", "")
+        if trouble and trouble != self._trouble:
+            self.mpc.note(trouble)
+        self._trouble = trouble
         self.control, self.prediction = control, prediction
         return control, prediction
 
@@ -78,6 +83,8 @@ class ClosedLoop:
     def run(self, script: Script, watch: Watch | None = None) -> MpcLog:
         """Runs a script to its end, or until the robot has fallen."""
         script.check()
+        if self.control is None and script.gait is not None:
+            self.mpc.reset(script.gait)
         begin = self.time
         writer = LogWriter(self.mpc.robot, self.plant, self.mpc.settings.period)
         pushes = sorted(script.pushes, key=lambda push: push.at)

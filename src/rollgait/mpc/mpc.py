@@ -33,7 +33,7 @@ from rollgait.mpc.model import build, mean_inertia
 from rollgait.mpc.prediction import STANDING_STATUS, Event, Mode, Prediction, Status
 from rollgait.mpc.reference import Reference, ReferenceMaker
 from rollgait.mpc.settings import MpcSettings
-from rollgait.mpc.standing import Standing
+from rollgait.mpc.standing import Standing, within_cone
 from rollgait.mpc.state import Control, RobotState
 from rollgait.mpc.support import HOLD_MAX, READY_MARGIN, support_margin
 from rollgait.robot.robot import Robot
@@ -60,6 +60,8 @@ REPAIR_ITERATIONS: Final = 4
 """How many then."""
 BELIEVED: Final = 0.1
 """After a failed solve a state is believed if it is no farther than this from the expected one, m."""
+FROM_THE_START: Final = frozenset({"workspace", "joint_margin_deg"})
+"""Bounds that are built in."""
 HOPELESS: Final = 1e2
 """Violation of a guess from which on the solver is not asked: it may not come back from there."""
 AFTERWARDS: Final = 1e-3
@@ -163,6 +165,8 @@ class Mpc:
 
     def set_bounds(self, **bounds: float) -> None:
         """Bounds by name, as in `MpcBounds`; the workspace itself stays as it was built."""
+        for name in FROM_THE_START.intersection(bounds):
+            raise InputError(f"bounds.{name}", bounds[name], "must be given when the controller is built")
         self._fill.set_bounds(type(self.settings.bounds)(**(self._fill.bounds.model_dump() | bounds)))
 
     def set_ground(self, height: Array | float) -> None:
@@ -212,13 +216,14 @@ class Mpc:
             command = VelocityCommand()
         elif command.gait is not None and command.gait != self.clock.gait.name:
             self.clock.request(command.gait, state.time)
-        self._put_off_steps(state)
+            self._held = 0.0
         self.clock.advance(state.time)
+        self._put_off_steps(state)
         previous = self._last
         if previous is None:
             self._begin(state)
         else:
-            self._iterate.shift(elapsed / self.settings.interval)
+            self._iterate.shift(elapsed / self._fill.interval)
         reference = self._fill_in(state, command, elapsed)
         status = self._solve(deadline - AFTERWARDS) if not self._stands else STANDING_STATUS
         if previous is not None and (self._stands or self._failures) and _far(state, previous.end):
@@ -243,6 +248,10 @@ class Mpc:
             time = self._last.end.time if self._last is not None else 0.0
             self.clock.request("stand", time)
             self._note(time, f"stands: {reason}")
+
+    def note(self, text: str) -> None:
+        """Adds an event of now: something that was not as it should be."""
+        self._note(self._now, text)
 
     def _note(self, time: float, text: str) -> None:
         self.events.append(Event(time, text))
@@ -332,8 +341,10 @@ class Mpc:
         again = wanted < REPAIR_ITERATIONS and _violation(nlp, solution) > REPAIRED
         if again and wall.perf_counter() < deadline:
             # from the same guess: a second start from a first iterate would lose its barrier
-            solution = solver.solve(self._iterate.variables(), until=deadline, iterations=REPAIR_ITERATIONS)
-            iterations += solution.iterations
+            other = solver.solve(self._iterate.variables(), until=deadline, iterations=REPAIR_ITERATIONS)
+            iterations += other.iterations
+            if _violation(nlp, other) <= _violation(nlp, solution):
+                solution = other
         seconds = wall.perf_counter() - begin
         violation = _violation(nlp, solution)
         if violation > USABLE:
@@ -394,8 +405,11 @@ class Mpc:
             contact, bounds.acceleration_max, bounds.swing_acceleration_max
         )
         change = np.clip(motion[:, 0] - before, -limit, limit)
-        motion[:, 0] = np.where(locked, 0.0, before + change)
-        return force, motion
+        speed, rate = self._fill.speed_limit, self._fill.steering_rate
+        motion[:, 0] = np.where(locked, 0.0, np.clip(before + change, -speed, speed))
+        motion[:, 1] = np.clip(motion[:, 1], -rate, rate)
+        # an iterate may violate what no robot shall be asked for; the pyramid reaches √2 beyond the cone
+        return within_cone(force, np.sqrt(2.0) * bounds.friction), motion
 
     def _end_of_period(self, state: RobotState, force: Array, motion: Array, period: float) -> RobotState:
         """The model one period later: the planner's step with Python's numbers, which are the quickest."""

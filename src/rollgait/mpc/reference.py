@@ -32,6 +32,8 @@ BRAKING_SHARE: Final = 0.7
 """Share of the acceleration limit that the approach to a pose counts on."""
 TURN_CRUISE: Final = 0.5
 """Largest yaw rate on the way to a pose, rad/s."""
+HEIGHT_RATE: Final = 0.1
+"""With which the height changes, m/s."""
 SLOW: Final = 0.03
 """A foot that shall move more slowly keeps its heading, m/s."""
 STEERING_MARGIN: Final = 0.15
@@ -109,7 +111,7 @@ class ReferenceMaker:
         self._pose, self._twist = self._advance(self._pose, self._twist, command, clock, elapsed, aligned)
         self._pose = self._on_leash(self._pose, state)
         change = command.height_change - self._height_change
-        self._height_change += float(np.clip(change, -0.1 * elapsed, 0.1 * elapsed))
+        self._height_change += float(np.clip(change, -HEIGHT_RATE * elapsed, HEIGHT_RATE * elapsed))
         pose, twist = self._pose, self._twist
         poses, twists = np.empty((3, count + 1)), np.empty((3, count + 1))
         for k in range(count + 1):

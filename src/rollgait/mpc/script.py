@@ -14,6 +14,8 @@ from pydantic import Field
 from rollgait.config import Config, NonNegative, Number, Positive, Whole, load_yaml, validate
 from rollgait.errors import InputError
 from rollgait.mpc.command import Command, PoseCommand, VelocityCommand
+from rollgait.mpc.gaits import find_gait
+from rollgait.mpc.reference import TURN_CRUISE
 from rollgait.scenario.scenario import Goal, LaterGoal, Scenario
 
 Array = NDArray[np.float64]
@@ -47,8 +49,8 @@ class Script(Config):
 
     duration: Positive
     """s."""
-    gait: str = "drive"
-    """Gait at the beginning."""
+    gait: str | None = None
+    """Gait at the beginning; that of the controller if not given."""
     commands: tuple[TimedCommand, ...]
     """The first holds from the beginning."""
     pushes: tuple[TimedPush, ...] = ()
@@ -158,14 +160,17 @@ def script_of(scenario: Scenario) -> Script:
     goals: list[tuple[float, Goal | LaterGoal]] = [(0.0, scenario.goal)]
     goals += [(later.at, later) for later in scenario.goal.then]
     speed = WALKING_SPEED if gait == LOCKED_GAIT else CRUISE
+    turn_rate = min(TURN_CRUISE, find_gait(gait).turn_rate_max)
     commands, at = [], 0.0
     place: Sequence[float] = (scenario.start.x, scenario.start.y)
+    yaw = scenario.start.yaw_deg
     for begin, goal in goals:
         at = max(at, begin)
         command = PoseCommand(x=goal.x, y=goal.y, yaw_deg=goal.yaw_deg, cruise=CRUISE, gait=gait)
         commands.append(TimedCommand(at=at, command=command))
-        at += math.dist(place, (goal.x, goal.y)) / speed + SETTLING
-        place = (goal.x, goal.y)
+        way = math.dist(place, (goal.x, goal.y)) / speed
+        at += max(way, math.radians(abs(goal.yaw_deg - yaw)) / turn_rate) + SETTLING
+        place, yaw = (goal.x, goal.y), goal.yaw_deg
     at = max(at, scenario.horizon)
     if gait != ROLLING_GAIT:
         rest = commands[-1].command.model_copy(update={"gait": RESTS[gait]})

@@ -94,7 +94,7 @@ class MpcSettings(Config):
     horizon: Positive = 1.0
     """s."""
     interval: Positive = 0.1
-    """h, s."""
+    """h, s; the horizon is cut into round(T / h) equal intervals."""
     period: Positive = 0.01
     """Time between two steps of the controller, s."""
     iterations: Annotated[Whole, Field(ge=1, le=500)] = 1

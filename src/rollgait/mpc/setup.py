@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import astuple
 from typing import Final
 
 from rollgait.errors import InputError, MissingExtraError, UnknownNameError
@@ -29,8 +30,12 @@ TRUST: Final = {"mujoco": Trust(place=0.1, posture=0.02, motion=0.05)}
 
 Joints that give way under load make a whole body differ from the model by a little all the time: who started
 anew from each measurement would take the sag for the robot's own motion."""
-LAG: Final = {"mujoco": 2}
-"""By how many periods of the controller a plant is behind what it is told; 0 where none stands here."""
+TRUST_PERIOD: Final = 0.01
+"""s, the period that these shares are for."""
+LAG: Final = {"mujoco": 0.02}
+"""By how much a plant is behind what it is told, s; not at all where none stands here."""
+GATE: Final = {"mujoco": 0.3}
+"""Farthest that a measurement may be from what was expected, m; stiff joints do not give way so far."""
 
 ESTIMATORS: Final[dict[str, Callable[[int], Estimator]]] = {
     "truth": lambda seed: Truth(),
@@ -85,9 +90,24 @@ def make_loop(
         plant = _plant(plant, body, stands, disturbances)
     elif disturbances is not None:
         raise InputError("disturbances", plant.name, "must be given when this plant is made")
-    lag = LAG.get(plant.name, 0) + (DELAY if estimator == "delayed" else 0)
-    known = Blended(TRUST.get(plant.name, Trust()), ESTIMATORS[estimator](seed), lag)
-    return ClosedLoop(Mpc(body, settings, gait=gait, kernels=kernels), plant, known)
+    mpc = Mpc(body, settings, gait=gait, kernels=kernels)
+    known = observer(plant.name, mpc.settings.period, ESTIMATORS[estimator](seed), estimator == "delayed")
+    return ClosedLoop(mpc, plant, known)
+
+
+def observer(plant: str, period: float, measurement: Estimator, is_delayed: bool = False) -> Blended:
+    """What the controller of a plant believes, from a measurement.
+
+    Args:
+        plant: its name.
+        period: of the controller, s.
+        measurement: the estimator of the measurement.
+        is_delayed: whether it is `DELAY` periods old.
+    """
+    lag = round(LAG.get(plant, 0.0) / period) + (DELAY if is_delayed else 0)
+    believed = TRUST.get(plant, Trust())
+    shares = (1.0 - (1.0 - share) ** (period / TRUST_PERIOD) for share in astuple(believed))
+    return Blended(Trust(*shares), measurement, lag, GATE.get(plant, math.inf))
 
 
 def _plant(name: str, robot: Robot, start: RobotState, disturbances: Disturbances | None) -> Plant:

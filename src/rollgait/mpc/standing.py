@@ -10,10 +10,14 @@ from numpy.typing import NDArray
 
 from rollgait.mpc.settings import MpcSettings
 from rollgait.mpc.state import Control, RobotState
-from rollgait.robot.robot import Robot
+from rollgait.robot.robot import GRAVITY, Robot
 
 Array = NDArray[np.float64]
 
+STIFFNESS: Final = 25.0
+"""Of height and tilt while standing, 1/s²."""
+DAMPING: Final = 10.0
+"""Of all motion, 1/s: critical."""
 LEVEL_TIME: Final = 0.5
 """Time constant with which tilt and turning die out, s."""
 
@@ -34,14 +38,33 @@ class Standing:
         )
         motion = np.zeros((4, 2))
         motion[:, 0] = np.sign(before) * slower
-        force = np.zeros((4, 3))
-        lever = state.foot_position[:, :2] - state.com_position[:2]
-        stands = np.flatnonzero(contact)
-        if stands.size:
-            A = np.vstack([np.ones(stands.size), lever[stands].T])
-            share = np.maximum(np.linalg.pinv(A) @ np.array([1.0, 0.0, 0.0]), 0.0)
-            force[stands, 2] = self._robot.weight * share / max(float(share.sum()), 1e-6)
-        return force, motion
+        heading = state.heading
+        rolling = np.mean(motion[:, 0] * np.array([np.cos(heading), np.sin(heading)]), axis=1)
+        return self._forces(state, contact, rolling), motion
+
+    def _forces(self, state: RobotState, contact: NDArray[np.bool_], rolling: Array) -> Array:
+        """Forces of the feet that stand: they carry the robot, stop it over them and level it, (4, 3), N."""
+        force, stands, robot = np.zeros((4, 3)), np.flatnonzero(contact), self._robot
+        if not stands.size:
+            return force
+        lever = state.foot_position[stands] - state.com_position
+        falling = np.append(state.com_velocity[:2] - rolling, state.com_velocity[2])
+        low = -float(lever[:, 2].mean()) - robot.height
+        acceleration = -DAMPING * falling + np.array([0.0, 0.0, GRAVITY - STIFFNESS * low])
+        yaw_rate, pitch_rate, roll_rate = state.euler_rate
+        _, pitch, roll = state.euler
+        turning = -STIFFNESS * np.array([roll, pitch, 0.0]) - DAMPING * np.array(
+            [roll_rate, pitch_rate, yaw_rate]
+        )
+        c, s = np.cos(state.euler[0]), np.sin(state.euler[0])
+        R_world_yaw = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        wanted = np.concatenate(
+            [robot.mass * acceleration, R_world_yaw @ (np.diag(robot.inertia_matrix) * turning)]
+        )
+        A = np.hstack([np.vstack([np.eye(3), _cross_matrix(arm)]) for arm in lever])
+        found = (np.linalg.pinv(A, rcond=1e-6) @ wanted).reshape(-1, 3)
+        force[stands] = within_cone(found, self._settings.bounds.friction)
+        return force
 
     def settle(self, end: RobotState, period: float) -> RobotState:
         """The same end of a period with a base that moves as its feet do on average, and calms down."""
@@ -55,3 +78,15 @@ class Standing:
             euler=np.array([end.euler[0], keep * end.euler[1], keep * end.euler[2]]),
             euler_rate=keep * end.euler_rate,
         )
+
+
+def within_cone(force: Array, friction: float) -> Array:
+    """The nearest forces that press, and pull no more than friction allows, (n, 3), N."""
+    normal = np.maximum(force[:, 2], 0.0)
+    size = np.maximum(np.linalg.norm(force[:, :2], axis=1), 1e-9)
+    share = np.minimum(1.0, friction * normal / size)
+    return np.column_stack([force[:, :2] * share[:, None], normal])
+
+
+def _cross_matrix(a: Array) -> Array:
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])

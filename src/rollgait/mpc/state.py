@@ -48,6 +48,28 @@ class RobotState:
         return replace(self, time=time)
 
 
+SHAPES = {
+    "com_position": (3,),
+    "euler": (3,),
+    "com_velocity": (3,),
+    "euler_rate": (3,),
+    "foot_position": (4, 3),
+    "heading": (4,),
+    "speed": (4,),
+}
+"""Shapes of the parts of a state."""
+
+
+def unwrapped(state: RobotState, near: RobotState) -> RobotState:
+    """The same state with yaw and headings in the turn that is nearest to another state's."""
+    turn = 2.0 * np.pi
+    yaw = turn * np.round((near.euler[0] - state.euler[0]) / turn)
+    headings = turn * np.round((near.heading - state.heading) / turn)
+    if yaw == 0.0 and not headings.any():
+        return state
+    return replace(state, euler=state.euler + np.array([yaw, 0.0, 0.0]), heading=state.heading + headings)
+
+
 @dataclass(frozen=True, eq=False)
 class Control:
     """What the robot shall do for one period: from one state to another with constant forces and motions.

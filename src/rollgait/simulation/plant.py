@@ -164,6 +164,11 @@ class MujocoPlant:
         return self._start_time + self._steps * TIME_STEP
 
     @property
+    def trouble(self) -> str:
+        """What is wrong with the robot now; empty if nothing is."""
+        return "the joints cannot follow the control: they hold" if self.follower.failed else ""
+
+    @property
     def pose(self) -> Pose:
         """Where the whole body is now."""
         return self._pose
