@@ -36,6 +36,8 @@ HEIGHT_RATE: Final = 0.1
 """With which the height changes, m/s."""
 SLOW: Final = 0.03
 """A foot that shall move more slowly keeps its heading, m/s."""
+ARRIVED: Final = 0.01
+"""A reference that moves more slowly has arrived, m/s and rad/s."""
 STEERING_MARGIN: Final = 0.15
 """Distance that headings keep from the ends of the steering range, rad."""
 STICKY: Final = 0.6
@@ -152,6 +154,17 @@ class ReferenceMaker:
         )
         return moved, new
 
+    def _ahead(self, state: RobotState, command: VelocityCommand | PoseCommand, clock: GaitClock) -> Twist:
+        """Where the wheels are to point: where the reference goes; at its end where the robot is still to go.
+
+        A robot at rest beside its goal would stay there: wheels across the way have no reason to turn.
+        """
+        arrived = max(abs(value) for value in self._twist) < ARRIVED
+        if isinstance(command, PoseCommand) and arrived and clock.gait.swing == 0.0:
+            here = (float(state.com_position[0]), float(state.com_position[1]), float(state.euler[0]))
+            return self._wanted(here, command, clock)
+        return self._wanted(self._pose, command, clock)
+
     def _wanted(self, pose: Pose, command: VelocityCommand | PoseCommand, clock: GaitClock) -> Twist:
         """The twist that the command asks for at a pose."""
         gait = clock.gait
@@ -196,7 +209,7 @@ class ReferenceMaker:
         """How well the wheels point to where they shall go, 0 … 1, and how long until they do, s."""
         if clock.gait.wheels == "locked":
             return 1.0, 0.0
-        wanted = self._foot_velocity(np.array(self._wanted(self._pose, command, clock)))
+        wanted = self._foot_velocity(np.array(self._ahead(state, command, clock)))
         moves = np.hypot(*wanted) > SLOW
         if not moves.any():
             return 1.0, 0.0
@@ -234,7 +247,7 @@ class ReferenceMaker:
         size = np.hypot(velocity[0], velocity[1])
         c, s = np.cos(poses[2]), np.sin(poses[2])
         steering = state.heading - state.euler[0]
-        wanted = self._foot_velocity(np.array(self._wanted(self._pose, command, clock)))
+        wanted = self._foot_velocity(np.array(self._ahead(state, command, clock)))
         rolls = clock.gait.wheels == "rolling"
         moves = np.hypot(*wanted) > SLOW
         goal, _ = self._steering(wanted, steering, moves)
