@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
 
+from rollgait.archive import kind_of
 from rollgait.cli.arguments import AsJson
 from rollgait.cli.output import number, print_json, print_table
 from rollgait.errors import FileError
@@ -147,16 +147,10 @@ def load_motion(path: Path) -> Plan | JointTrajectory:
         "rollgait-plan": Plan,
         "rollgait-joints": JointTrajectory,
     }
-    try:
-        with np.load(path, allow_pickle=False) as data:
-            kind = json.loads(str(data["header"]))["format"]
-        found = kinds[kind]
-    except OSError as error:
-        reason = f"cannot be read: {error.strerror}" if error.strerror else "is neither a plan nor joints"
-        raise FileError("file", str(path), reason) from None
-    except Exception:  # damaged bytes lead anywhere
-        rule = "is neither a plan nor a joint trajectory that rollgait saved"
-        raise FileError("file", str(path), rule) from None
+    rule = "is neither a plan nor a joint trajectory that rollgait saved"
+    found = kinds.get(kind_of(path, rule))
+    if found is None:
+        raise FileError("file", str(path), rule)
     return found.load(path)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -12,9 +11,8 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.archive import ArchiveFormat
 from rollgait.config import validate
-from rollgait.errors import FileError
-from rollgait.files import replacing
 from rollgait.mpc.prediction import Event, Prediction
 from rollgait.mpc.state import Control, RobotState
 from rollgait.robot.robot import Robot
@@ -22,7 +20,13 @@ from rollgait.robot.robot import Robot
 Array = NDArray[np.float64]
 
 FORMAT: Final = "rollgait-mpc"
-FORMAT_VERSION: Final = 1
+_FILE: Final = ArchiveFormat(
+    FORMAT,
+    1,
+    "file",
+    "is not a log of the controller that rollgait saved",
+    "has version {found}; this rollgait reads {known}",
+)
 MODES: Final = ("tracking", "coasting", "standing")
 
 
@@ -119,10 +123,7 @@ class MpcLog:
 
     def save(self, path: str | Path) -> Path:
         """Writes it (.npz). Raises `FileError`."""
-        target = Path(path).with_suffix(".npz")
         header = {
-            "format": FORMAT,
-            "version": FORMAT_VERSION,
             "joint_names": list(self.joint_names),
             "robot": self.robot.model_dump(mode="json"),
             "plant": self.plant,
@@ -131,30 +132,15 @@ class MpcLog:
             "events": [asdict(event) for event in self.events],
         }
         arrays: dict[str, Any] = {name: getattr(self, name) for name in ARRAYS}
-        with replacing(target) as temporary:
-            np.savez_compressed(temporary, header=np.array(json.dumps(header)), **arrays)
-        return target
+        return _FILE.write(path, header, arrays)
 
     @classmethod
     def load(cls, path: str | Path) -> MpcLog:
         """Reads it. Raises `FileError`."""
-        rule = "is not a log of the controller that rollgait saved"
-        try:
-            with Path(path).open("rb") as stream, np.load(stream, allow_pickle=False) as data:
-                header = json.loads(str(data["header"]))
-                arrays = {name: data[name] for name in ARRAYS}
-            kind, version = header["format"], header["version"]
-        except OSError as error:
-            raise FileError("file", str(path), f"cannot be read: {error.strerror or error}") from None
-        except Exception:  # damaged bytes lead anywhere
-            raise FileError("file", str(path), rule) from None
-        if kind != FORMAT:
-            raise FileError("file", str(path), rule)
-        if version != FORMAT_VERSION:
-            raise FileError("file", str(path), f"has version {version}; this rollgait reads {FORMAT_VERSION}")
-        try:
+        header, arrays = _FILE.read(path)
+        with _FILE.damage_told(path):
             return cls(
-                **arrays,
+                **{name: arrays[name] for name in ARRAYS},
                 joint_names=tuple(header["joint_names"]),
                 robot=validate(Robot, header["robot"]),
                 plant=str(header["plant"]),
@@ -162,8 +148,6 @@ class MpcLog:
                 fallen_at=header["fallen_at"],
                 events=tuple(Event(**event) for event in header["events"]),
             )
-        except (KeyError, TypeError, ValueError):
-            raise FileError("file", str(path), rule) from None
 
 
 @dataclass(frozen=True)

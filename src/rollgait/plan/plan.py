@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property
@@ -12,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rollgait.archive import ArchiveFormat
 from rollgait.config import validate
-from rollgait.errors import FileError, InputError
-from rollgait.files import replacing
+from rollgait.errors import InputError
 from rollgait.plan.samples import Samples
 from rollgait.plan.trajectory import Trajectory
 from rollgait.robot.robot import LEG_NAMES, Robot
@@ -30,6 +29,7 @@ FORMAT_VERSION = 1
 MAX_SAMPLES = 1_000_000
 """More samples than this at once are a slip of the pen: they would fill the memory."""
 
+_FILE = ArchiveFormat("rollgait-plan", FORMAT_VERSION, "plan", "is not a plan that rollgait saved")
 _PREFIX = "trajectory/"
 
 
@@ -171,26 +171,18 @@ class Plan:
 
     def save(self, path: str | Path) -> Path:
         """Writes the plan as one .npz file (the suffix is added if it is missing); returns its path."""
-        target = Path(path)
-        if target.suffix != ".npz":
-            target = target.with_name(target.name + ".npz")
         header = {
-            "format": "rollgait-plan",
-            "version": FORMAT_VERSION,
             "kind": self.trajectory.kind,
             "robot": self.robot.model_dump(mode="json"),
             "scenario": self.scenario.to_dict(),
             "statistics": asdict(self.statistics),
         }
         arrays: dict[str, Any] = {
-            "header": np.array(json.dumps(header)),
             "contact": self.schedule.contact,
             "interval": np.array(self.schedule.interval),
             **{_PREFIX + name: array for name, array in self.trajectory.arrays().items()},
         }
-        with replacing(target) as temporary, temporary.open("wb") as stream:
-            np.savez_compressed(stream, **arrays)
-        return target
+        return _FILE.write(path, header, arrays)
 
     @classmethod
     def load(cls, path: str | Path) -> Plan:
@@ -199,18 +191,9 @@ class Plan:
         Raises:
             FileError: the file is missing, is no plan, or has a version that is not known here.
         """
-        name = str(path)
-        header, arrays = _read(Path(path))
-        if header.get("format") != "rollgait-plan":
-            raise FileError("plan", name, _NO_PLAN)
-        if header.get("version") != FORMAT_VERSION:
-            rule = f"has format version {header.get('version')}; this rollgait knows version {FORMAT_VERSION}"
-            raise FileError("plan", name, rule)
-        try:
+        header, arrays = _FILE.read(path)
+        with _FILE.damage_told(path):
             return cls._from_parts(header, arrays)
-        except (KeyError, TypeError, ValueError) as error:
-            reason = f"{error} is missing" if isinstance(error, KeyError) else str(error).splitlines()[0]
-            raise FileError("plan", name, f"is damaged: {reason}") from None
 
     @classmethod
     def _from_parts(cls, header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Plan:
@@ -235,22 +218,3 @@ class Plan:
             trajectory=trajectory,
             statistics=Statistics.from_dict(header["statistics"]),
         )
-
-
-_NO_PLAN = "is not a plan that rollgait saved"
-
-
-def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """The header and the arrays in a file, whatever they are. Raises `FileError`."""
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
-            arrays = {key: data[key] for key in data.files}
-        header = json.loads(str(arrays.pop("header")))
-    except OSError as error:
-        reason = f"cannot be read: {error.strerror}" if error.strerror else _NO_PLAN
-        raise FileError("plan", str(path), reason) from None
-    except Exception:  # damaged bytes lead anywhere: zlib.error, struct.error, BadZipFile, MemoryError …
-        raise FileError("plan", str(path), _NO_PLAN) from None
-    if not isinstance(header, dict):
-        raise FileError("plan", str(path), _NO_PLAN)
-    return header, arrays

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
@@ -11,9 +10,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.archive import ArchiveFormat
 from rollgait.config import validate
-from rollgait.errors import FileError
-from rollgait.files import replacing
 from rollgait.robot.robot import Robot
 from rollgait.simulation.disturbances import Disturbances
 
@@ -22,11 +20,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-FORMAT_VERSION: Final = 1
-"""Version of the file format; a file with another one is refused."""
-
-_FORMAT: Final = "rollgait-simulation"
-_NO_LOG: Final = "is not a simulation log that rollgait saved"
+_FILE: Final = ArchiveFormat("rollgait-simulation", 1, "log", "is not a simulation log that rollgait saved")
 
 
 @dataclass(frozen=True)
@@ -104,21 +98,14 @@ class SimulationLog:
 
     def save(self, path: str | Path) -> Path:
         """Writes one .npz file (the suffix is added if it is missing); returns its path."""
-        target = Path(path)
-        if target.suffix != ".npz":
-            target = target.with_name(target.name + ".npz")
         header = {
-            "format": _FORMAT,
-            "version": FORMAT_VERSION,
             "joint_names": list(self.joint_names),
             "robot": self.robot.model_dump(mode="json"),
             "disturbances": self.disturbances.model_dump(mode="json"),
             **{name: getattr(self, name) for name in _PLAIN},
         }
         arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS}
-        with replacing(target) as temporary, temporary.open("wb") as stream:
-            np.savez_compressed(stream, header=np.array(json.dumps(header)), **arrays)
-        return target
+        return _FILE.write(path, header, arrays)
 
     @classmethod
     def load(cls, path: str | Path) -> SimulationLog:
@@ -127,23 +114,8 @@ class SimulationLog:
         Raises:
             FileError: the file is missing, is no log, or has a version that is not known here.
         """
-        name = str(path)
-        try:
-            with np.load(path, allow_pickle=False) as data:
-                arrays = {key: data[key] for key in data.files}
-            header = json.loads(str(arrays.pop("header")))
-            known = header.get("format") == _FORMAT
-        except OSError as error:
-            reason = f"cannot be read: {error.strerror}" if error.strerror else _NO_LOG
-            raise FileError("log", name, reason) from None
-        except Exception:  # damaged bytes lead anywhere
-            raise FileError("log", name, _NO_LOG) from None
-        if not known:
-            raise FileError("log", name, _NO_LOG)
-        if header.get("version") != FORMAT_VERSION:
-            rule = f"has format version {header.get('version')}; this rollgait knows version {FORMAT_VERSION}"
-            raise FileError("log", name, rule)
-        try:
+        header, arrays = _FILE.read(path)
+        with _FILE.damage_told(path):
             return cls(
                 **{key: arrays[key] for key in _ARRAYS},
                 **{key: header[key] for key in _PLAIN},
@@ -151,9 +123,6 @@ class SimulationLog:
                 robot=validate(Robot, header["robot"], "robot"),
                 disturbances=validate(Disturbances, header["disturbances"], "disturbances"),
             )
-        except (KeyError, TypeError, ValueError) as error:
-            reason = f"{error} is missing" if isinstance(error, KeyError) else str(error).splitlines()[0]
-            raise FileError("log", name, f"is damaged: {reason}") from None
 
 
 _PLAIN: Final = ("feedback", "ground_height", "motion_end", "fallen_at", "wall_time")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -10,20 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.archive import ArchiveFormat
 from rollgait.config import validate
-from rollgait.errors import FileError
-from rollgait.files import replacing
 from rollgait.plan.samples import Samples
 from rollgait.robot.robot import Robot
 from rollgait.tracking.report import TrackingReport
 
 Array = NDArray[np.float64]
 
-FORMAT_VERSION = 1
-"""Version of the file format; a file with another one is refused."""
-
-_FORMAT = "rollgait-joints"
-_NO_JOINTS = "is not a joint trajectory that rollgait saved"
+_FILE = ArchiveFormat("rollgait-joints", 1, "joints", "is not a joint trajectory that rollgait saved")
 _REFERENCE = "reference/"
 
 
@@ -60,21 +54,14 @@ class JointTrajectory:
 
     def save(self, path: str | Path) -> Path:
         """Writes one .npz file (the suffix is added if it is missing); returns its path."""
-        target = Path(path)
-        if target.suffix != ".npz":
-            target = target.with_name(target.name + ".npz")
         header = {
-            "format": _FORMAT,
-            "version": FORMAT_VERSION,
             "joint_names": list(self.joint_names),
             "robot": self.robot.model_dump(mode="json"),
             "report": self.report.to_dict(),
         }
         arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {_REFERENCE + f.name: getattr(self.reference, f.name) for f in fields(Samples)}
-        with replacing(target) as temporary, temporary.open("wb") as stream:
-            np.savez_compressed(stream, header=np.array(json.dumps(header)), **arrays)
-        return target
+        return _FILE.write(path, header, arrays)
 
     @classmethod
     def load(cls, path: str | Path) -> JointTrajectory:
@@ -83,23 +70,8 @@ class JointTrajectory:
         Raises:
             FileError: the file is missing, is no joint trajectory, or has a version that is not known here.
         """
-        name = str(path)
-        try:
-            with np.load(path, allow_pickle=False) as data:
-                arrays = {key: data[key] for key in data.files}
-            header = json.loads(str(arrays.pop("header")))
-            known = header.get("format") == _FORMAT
-        except OSError as error:
-            reason = f"cannot be read: {error.strerror}" if error.strerror else _NO_JOINTS
-            raise FileError("joints", name, reason) from None
-        except Exception:  # damaged bytes lead anywhere
-            raise FileError("joints", name, _NO_JOINTS) from None
-        if not known:
-            raise FileError("joints", name, _NO_JOINTS)
-        if header.get("version") != FORMAT_VERSION:
-            rule = f"has format version {header.get('version')}; this rollgait knows version {FORMAT_VERSION}"
-            raise FileError("joints", name, rule)
-        try:
+        header, arrays = _FILE.read(path)
+        with _FILE.damage_told(path):
             return cls(
                 **{key: arrays[key] for key in _ARRAYS},
                 joint_names=tuple(header["joint_names"]),
@@ -107,9 +79,6 @@ class JointTrajectory:
                 robot=validate(Robot, header["robot"], "robot"),
                 report=TrackingReport.from_dict(header["report"]),
             )
-        except (KeyError, TypeError, ValueError) as error:
-            reason = f"{error} is missing" if isinstance(error, KeyError) else str(error).splitlines()[0]
-            raise FileError("joints", name, f"is damaged: {reason}") from None
 
 
 _ARRAYS = (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.errors import FileError
+from rollgait.archive import kind_of
 from rollgait.mpc.log import FORMAT as MPC_LOG
 from rollgait.mpc.log import MpcLog
 from rollgait.plan.plan import Plan
@@ -198,7 +197,7 @@ def open_clip(path: str | Path) -> Clip:
     """
     file = Path(path)
     name = file.name.removesuffix(".npz")
-    kind = kind_of(file)
+    kind = kind_of(file, "is neither a plan nor a joint trajectory nor a log that rollgait saved")
     if kind == "rollgait-joints":
         return clip_of_joints(JointTrajectory.load(file), name)
     if kind == "rollgait-simulation":
@@ -208,27 +207,6 @@ def open_clip(path: str | Path) -> Clip:
 
         return clip_of_mpc(MpcLog.load(file), name)
     return clip_of_plan(Plan.load(file), name)
-
-
-def kind_of(path: Path) -> str:
-    """What the header of a file says that it holds; "" if it has none.
-
-    Raises:
-        FileError: the file cannot be read, or is not one of ours.
-    """
-    rule = "is neither a plan nor a joint trajectory nor a log that rollgait saved"
-    try:
-        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as data:
-            header = json.loads(str(data["header"]))
-            kind = str(header["format"])
-    except OSError as error:
-        reason = f"cannot be read: {error.strerror}" if error.strerror else rule
-        raise FileError("file", str(path), reason) from None
-    except Exception:  # damaged bytes lead anywhere
-        raise FileError("file", str(path), rule) from None
-    if not kind.startswith("rollgait-"):
-        raise FileError("file", str(path), rule)
-    return kind
 
 
 def frame_times(horizon: float) -> Array:
