@@ -20,7 +20,7 @@ from rollgait.solvers.interrupt import deferred_interrupt
 from rollgait.solvers.linear_algebra import use_fast_products
 from rollgait.solvers.solution import Progress, Solution
 from rollgait.transcription.base import Structure, Transcribed
-from rollgait.transcription.nlp import Nlp
+from rollgait.transcription.nlp import Nlp, named_functions
 
 log = logging.getLogger("rollgait")
 
@@ -35,6 +35,9 @@ OPTIONS: dict[str, Any] = {
 
 WARM_OPTIONS: dict[str, Any] = {"mu_init": 1e-2}
 """For a guess near the solution: the barrier starts low, or it would push the guess away from its bounds."""
+
+OUTPUTS = {"nlp_grad_f": ("grad_f_x",), "nlp_hess_l": ("grad_gamma_x", "hess_gamma_x_x")}
+"""Names of outputs where this plugin asks for others than the rest do."""
 
 
 def make_solver(transcribed: Transcribed, kernels: bool = True) -> Fatrop | DirectFatrop:
@@ -97,20 +100,9 @@ class Fatrop:
         jacobian = f["nlp_jac_g"](x, p)[1]
         of_lagrangian = lam_f * gradient + ca.mtimes(jacobian.T, lam_g)
         hessian = ca.triu2symm(f["nlp_hess_l"](x, p, lam_f, lam_g))
-        return {
-            "nlp_f": f["nlp_f"],
-            "nlp_g": f["nlp_g"],
-            "nlp_grad": f["nlp_grad"],
-            "nlp_jac_g": f["nlp_jac_g"],
-            "nlp_grad_f": ca.Function("nlp_grad_f", [x, p], [gradient], ["x", "p"], ["grad_f_x"]),
-            "nlp_hess_l": ca.Function(
-                "nlp_hess_l",
-                [x, p, lam_f, lam_g],
-                [of_lagrangian, hessian],
-                ["x", "p", "lam_f", "lam_g"],
-                ["grad_gamma_x", "hess_gamma_x_x"],
-            ),
-        }
+        own = {"nlp_grad_f": [gradient], "nlp_hess_l": [of_lagrangian, hessian]}
+        unchanged = {name: f[name] for name in ("nlp_f", "nlp_g", "nlp_grad", "nlp_jac_g")}
+        return unchanged | named_functions((x, p, lam_f, lam_g), own, OUTPUTS)
 
     def solve(
         self, guess: NDArray[np.float64], progress: Progress | None = None, warm: bool = False

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rollgait.ocp.problem import Problem
 from rollgait.plan.trajectory import Trajectory
 from rollgait.transcription.guess import Motion
-from rollgait.transcription.nlp import Nlp
+from rollgait.transcription.nlp import Limits, Nlp
 
 Array = NDArray[np.float64]
 
@@ -27,15 +27,11 @@ class Structure:
     ng: tuple[int, ...]
 
 
-class Program(Protocol):
+class Program(Limits, Protocol):
     """A nonlinear program as a general solver sees it."""
 
     size: int
     rows: int
-    lower: Array
-    upper: Array
-    g_lower: Array
-    g_upper: Array
 
     @property
     def parameters(self) -> Array:

@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.transcription.nlp import Nlp, RowOrigin
+from rollgait.transcription.nlp import Nlp, RowOrigin, named_functions, violations_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -114,9 +114,7 @@ class ElasticNlp:
 
     def violations(self, g: Array, w: Array) -> Array:
         """By how much each constraint, then each bound, is violated (0 where it holds)."""
-        excess = np.maximum(self.g_lower - g, g - self.g_upper)
-        beyond = np.maximum(self.lower - w, w - self.upper)
-        return np.asarray(np.maximum(np.concatenate([excess, beyond]), 0.0))
+        return violations_of(self, g, w)
 
     # -- functions ---------------------------------------------------------------------------------------
 
@@ -156,29 +154,15 @@ class ElasticNlp:
         of_program = own["nlp_hess_l"](w, q, factor * lam_f, lam_g[:rows])
         hessian = ca.diagcat(of_program, ca.diag(lam_f * BEND * prices))
         of_lagrangian = lam_f * full_gradient + ca.mtimes(full_jacobian.T, lam_g)
-        return {
-            "nlp": ca.Function("nlp", [x, p], [cost(f), constraints(g)], ["x", "p"], ["f", "g"]),
-            "nlp_f": ca.Function("nlp_f", [x, p], [cost(own["nlp_f"](w, q))], ["x", "p"], ["f"]),
-            "nlp_g": ca.Function("nlp_g", [x, p], [constraints(own["nlp_g"](w, q))], ["x", "p"], ["g"]),
-            "nlp_grad_f": ca.Function(
-                "nlp_grad_f", [x, p], [cost(f_again), full_gradient], ["x", "p"], ["f", "grad_f_x"]
-            ),
-            "nlp_jac_g": ca.Function(
-                "nlp_jac_g", [x, p], [constraints(g_again), full_jacobian], ["x", "p"], ["g", "jac_g_x"]
-            ),
-            # asked for by nlpsol for multipliers of p, which nobody needs
-            "nlp_grad": ca.Function(
-                "nlp_grad",
-                [x, p, lam_f, lam_g],
-                [cost(f), constraints(g), of_lagrangian, ca.MX(1, p.numel())],
-                ["x", "p", "lam_f", "lam_g"],
-                ["f", "g", "grad_gamma_x", "grad_gamma_p"],
-            ),
-            "nlp_hess_l": ca.Function(
-                "nlp_hess_l",
-                [x, p, lam_f, lam_g],
-                [hessian],
-                ["x", "p", "lam_f", "lam_g"],
-                ["triu_hess_gamma_x_x"],
-            ),
-        }
+        return named_functions(
+            (x, p, lam_f, lam_g),
+            {
+                "nlp": [cost(f), constraints(g)],
+                "nlp_f": [cost(own["nlp_f"](w, q))],
+                "nlp_g": [constraints(own["nlp_g"](w, q))],
+                "nlp_grad_f": [cost(f_again), full_gradient],
+                "nlp_jac_g": [constraints(g_again), full_jacobian],
+                "nlp_grad": [cost(f), constraints(g), of_lagrangian, ca.MX(1, p.numel())],
+                "nlp_hess_l": [hessian],
+            },
+        )

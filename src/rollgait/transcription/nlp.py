@@ -11,9 +11,10 @@ rows that bound one variable are bounds, and rows without a variable are gone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import casadi as ca
 import numpy as np
@@ -30,6 +31,21 @@ FIXED_TOLERANCE = 1e-12
 """Limits closer than this fix a variable."""
 CONTRADICTION_TOLERANCE = 1e-6
 """A row without variables may miss its limits by this much (in its scaling) before it is a contradiction."""
+
+INPUTS = ("x", "p", "lam_f", "lam_g")
+"""What `nlpsol` calls the variables, the parameters and the multipliers of cost and constraints."""
+OF_MULTIPLIERS = ("nlp_grad", "nlp_hess_l")
+"""Functions of all inputs; the others take x and p."""
+OUTPUTS = {
+    "nlp": ("f", "g"),
+    "nlp_f": ("f",),
+    "nlp_g": ("g",),
+    "nlp_grad_f": ("f", "grad_f_x"),
+    "nlp_jac_g": ("g", "jac_g_x"),
+    "nlp_grad": ("f", "g", "grad_gamma_x", "grad_gamma_p"),  # the last is asked for, and nobody needs it
+    "nlp_hess_l": ("triu_hess_gamma_x_x",),
+}
+"""What `nlpsol` calls the functions of a program, and what it calls their outputs."""
 
 
 class StageFunction:
@@ -416,9 +432,7 @@ class Nlp:
 
     def violations(self, g: Array, w: Array) -> Array:
         """By how much each constraint, then each bound, is violated (0 where it holds)."""
-        excess = np.maximum(self.g_lower - g, g - self.g_upper)
-        beyond = np.maximum(self.lower - w, w - self.upper)
-        return np.asarray(np.maximum(np.concatenate([excess, beyond]), 0.0))
+        return violations_of(self, g, w)
 
     # -- functions of the whole problem ------------------------------------------------------------------
 
@@ -457,28 +471,19 @@ class Nlp:
         g = ca.vertcat(*g_parts)
         jac_g = ca.MX(self.jacobian_sparsity, ca.vertcat(*jacobian)[_indices(self._patterns.jacobian_source)])
         hess = ca.MX(self.hessian_sparsity, ca.mtimes(self._patterns.hessian_sum, ca.vertcat(*hessian)))
-        return {
-            "nlp": ca.Function("nlp", [x, p], [f, g], ["x", "p"], ["f", "g"]),
-            "nlp_f": ca.Function("nlp_f", [x, p], [f], ["x", "p"], ["f"]),
-            "nlp_g": ca.Function("nlp_g", [x, p], [g], ["x", "p"], ["g"]),
-            "nlp_grad_f": ca.Function("nlp_grad_f", [x, p], [f, gradient], ["x", "p"], ["f", "grad_f_x"]),
-            "nlp_jac_g": ca.Function("nlp_jac_g", [x, p], [g, jac_g], ["x", "p"], ["g", "jac_g_x"]),
-            # asked for by nlpsol for multipliers of p, which nobody needs
-            "nlp_grad": ca.Function(
-                "nlp_grad",
-                [x, p, lam_f, lam_g],
-                [f, g, lam_f * gradient + ca.mtimes(jac_g.T, lam_g), ca.MX(1, p.numel())],
-                ["x", "p", "lam_f", "lam_g"],
-                ["f", "g", "grad_gamma_x", "grad_gamma_p"],
-            ),
-            "nlp_hess_l": ca.Function(
-                "nlp_hess_l",
-                [x, p, lam_f, lam_g],
-                [hess],
-                ["x", "p", "lam_f", "lam_g"],
-                ["triu_hess_gamma_x_x"],
-            ),
-        }
+        of_lagrangian = lam_f * gradient + ca.mtimes(jac_g.T, lam_g)
+        return named_functions(
+            (x, p, lam_f, lam_g),
+            {
+                "nlp": [f, g],
+                "nlp_f": [f],
+                "nlp_g": [g],
+                "nlp_grad_f": [f, gradient],
+                "nlp_jac_g": [g, jac_g],
+                "nlp_grad": [f, g, of_lagrangian, ca.MX(1, p.numel())],
+                "nlp_hess_l": [hess],
+            },
+        )
 
     def _gather(self, position: Index) -> ca.DM:
         """The matrix that adds local gradients (stage after stage) into that of the free variables."""
@@ -486,6 +491,41 @@ class Nlp:
         local = np.flatnonzero(flat < self.size)
         pattern = ca.Sparsity.triplet(self.size, flat.size, flat[local].tolist(), local.tolist())
         return ca.DM(pattern, 1.0)
+
+
+class Limits(Protocol):
+    """Limits of constraints and bounds of variables."""
+
+    lower: Array
+    upper: Array
+    g_lower: Array
+    g_upper: Array
+
+
+def violations_of(limits: Limits, g: Array, w: Array) -> Array:
+    """By how much each constraint, then each bound, is violated (0 where it holds)."""
+    excess = np.maximum(limits.g_lower - g, g - limits.g_upper)
+    beyond = np.maximum(limits.lower - w, w - limits.upper)
+    return np.asarray(np.maximum(np.concatenate([excess, beyond]), 0.0))
+
+
+def named_functions(
+    inputs: tuple[ca.MX, ca.MX, ca.MX, ca.MX],
+    expressions: Mapping[str, Sequence[ca.MX]],
+    outputs: Mapping[str, Sequence[str]] = OUTPUTS,
+) -> dict[str, ca.Function]:
+    """Functions under the names that `nlpsol` uses.
+
+    Args:
+        inputs: x, p, lam_f and lam_g; only functions of multipliers take the last two.
+        expressions: the outputs of each function.
+        outputs: their names.
+    """
+    result = {}
+    for name, values in expressions.items():
+        count = len(INPUTS) if name in OF_MULTIPLIERS else 2
+        result[name] = ca.Function(name, inputs[:count], values, INPUTS[:count], outputs[name])
+    return result
 
 
 def _limits_something(stage: Stage) -> NDArray[np.bool_]:
