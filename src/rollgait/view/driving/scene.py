@@ -16,6 +16,7 @@ from rollgait.view.clip import FRICTION, Clip, Joints
 from rollgait.view.driving.chain import Chain
 from rollgait.view.driving.messages import Snapshot
 from rollgait.view.layers.contact import FORCE_LENGTH
+from rollgait.view.layers.ground import GRID
 from rollgait.view.layers.layer import NOWHERE, SOLID, linear, rgb, single
 from rollgait.view.layers.paths import ABOVE, RING, THICK
 from rollgait.view.layers.robot import TYRE_COLOUR
@@ -26,8 +27,6 @@ from rollgait.view.style import BASE_COLOUR, GOAL_COLOUR, LEG_COLOURS
 
 GROUND_SIZE: Final = 12
 """Edge of the ground around the robot, m; it moves along by whole metres."""
-LIGHT: Final = 0.4
-"""Weight of the fine lines of the ground; together with the others 1."""
 SECONDS_AHEAD: Final = 1.2
 """The arrow of the command is the way in this time at this velocity, s."""
 ARC_RADIUS: Final = 0.65
@@ -147,18 +146,7 @@ class LiveScene:
 
     def _add_ground(self) -> Any:
         return self._scene.add_grid(
-            "/drive/ground",
-            width=GROUND_SIZE,
-            height=GROUND_SIZE,
-            cell_size=0.5,
-            cell_color=(205, 210, 216),
-            cell_thickness=LIGHT,
-            section_size=1.0,
-            section_color=(95, 105, 120),
-            section_thickness=1.0 - LIGHT,
-            plane_color=(248, 249, 250),
-            plane_opacity=1.0,
-            fade_strength=0.0,
+            "/drive/ground", width=GROUND_SIZE, height=GROUND_SIZE, cell_size=0.5, **GRID
         )
 
     def _add_forces(self, snapshot: Snapshot) -> None:
