@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import islice
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,18 +12,12 @@ import rollgait as rg
 from rollgait.ocp.problem import Problem, make_problem
 from rollgait.starts import EASIER, Start, starts
 from rollgait.transcription.guess import Motion
+from tests.stepping import stepping
 
 SOME = 7
 
 
-def asked(**values: Any) -> rg.Scenario:
-    data: dict[str, Any] = {
-        "robot": "centauro",
-        "goal": {"x": 0.15, "y": 0.03, "yaw_deg": 5},
-        "horizon": 2.0,
-        "gait": {"kind": "schedule", "HL": [[0.5, 1.2]]},
-    }
-    return rg.Scenario.from_dict(data | values)
+asked = partial(stepping, robot="centauro")
 
 
 def never(problem: Problem, motion: Motion) -> Motion | None:

@@ -11,19 +11,10 @@ import pytest
 import rollgait as rg
 from rollgait.ocp.problem import make_problem
 from rollgait.starts import from_plan
+from tests.stepping import stepping as asked
 
 STEP = 1e-6
 """s, of the finite differences."""
-
-
-def asked(**values: Any) -> rg.Scenario:
-    data: dict[str, Any] = {
-        "robot": "centauro-2020",
-        "goal": {"x": 0.15, "y": 0.03, "yaw_deg": 5},
-        "horizon": 2.0,
-        "gait": {"kind": "schedule", "HL": [[0.5, 1.2]]},
-    }
-    return rg.Scenario.from_dict(data | values)
 
 
 @pytest.fixture(scope="module")
