@@ -13,24 +13,26 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Any, Final
+from typing import Final
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.dynamics.step import Figures, FootInput, FootState, State, euler_rate, step
+from rollgait.dynamics.step import Figures, FootInput, State, step
 from rollgait.mpc.settings import MpcSettings
 from rollgait.mpc.stage_data import LiveStage
 from rollgait.ocp.costs import FORCE_INTERVAL_REF
 from rollgait.ocp.friction import Friction
-from rollgait.ocp.instant import Body, Inputs, Instant, make_instant
+from rollgait.ocp.instant import Body, Inputs, Instant
 from rollgait.ocp.limb import JointSteering, Reach
 from rollgait.ocp.limits import Box
 from rollgait.robot.robot import Robot
 from rollgait.transcription.base import Structure
-from rollgait.transcription.layout import Layout
+from rollgait.transcription.layout import Layout, StageLayout
 from rollgait.transcription.nlp import Accelerate, Block, Nlp, StageFunction
+from rollgait.transcription.stage import symmetric
+from rollgait.transcription.states import instant_of, state_entries, state_of
 
 Array = NDArray[np.float64]
 
@@ -41,28 +43,13 @@ OPEN: Final = 10.0
 """Limit of a scaled input that has no effect: far enough not to be felt."""
 
 
-@dataclass(frozen=True)
-class Layouts:
-    """Order of the variables: `node` is the state, then the inputs before; `inputs` those of an interval."""
-
-    node: Layout
-    inputs: Layout
-    steerable: tuple[int, ...]
-    last: int
-
-    @property
-    def stage(self) -> int:
-        """Variables of an interval."""
-        return self.node.size + self.inputs.size
-
-
-def layouts(robot: Robot) -> Layouts:
+def _layout(robot: Robot) -> StageLayout:
     """The layout of a robot's variables."""
     steerable = tuple(i for i, leg in enumerate(robot.leg_list) if leg.foot == "steerable")
     state = [("theta", 3), ("L", 3), ("r", 3), ("dr", 3), ("xy", 2 * FEET), ("sigma", len(steerable))]
     node = Layout([*state, ("previous_force", 3 * FEET), ("previous_speed", FEET)])
     inputs = Layout([("force", 3 * FEET), ("motion", 2 * FEET)])
-    return Layouts(node, inputs, steerable, sum(size for _, size in state))
+    return StageLayout(node, inputs, steerable, sum(size for _, size in state))
 
 
 @dataclass(frozen=True)
@@ -70,47 +57,41 @@ class LiveProblem:
     """The problem of a controller.
 
     Attributes:
+        robot: whose.
         nlp: what the solver solves.
         structure: its stages.
         layout: of the variables.
         interval, end: the stages, whose numbers are to be filled in.
-        momentum: unit of L in the variables, N·m·s.
     """
 
     robot: Robot
     nlp: Nlp
     structure: Structure
-    layout: Layouts
+    layout: StageLayout
     interval: LiveStage
     end: LiveStage
-    momentum: float
 
 
 def build(robot: Robot, settings: MpcSettings, accelerate: Accelerate | None = None) -> LiveProblem:
     """The problem of a robot with the horizon of the settings."""
-    layout, count = layouts(robot), settings.intervals
+    layout, count = _layout(robot), settings.intervals
     interval, end = LiveStage(count), LiveStage(1)
     workspace = settings.bounds.workspace
     interval_stage = interval.finish(_fill_interval(interval, robot, layout, workspace))
     end_stage = end.finish(_fill_end(end, robot, layout, workspace))
-    stage = layout.stage
-    variables = np.arange(count) * stage + np.arange(stage + layout.node.size)[:, None]
-    variables[stage + layout.last :, -1] = -1  # nothing follows that would need the last inputs
     interval_stage.holds[layout.last : layout.node.size, -1] = False
-    defined = np.full(interval_stage.rows.numel(), -1, dtype=np.intp)
-    defined[: layout.node.size] = stage + np.arange(layout.node.size)
     functions = StageFunction("live_interval", interval_stage, residuals=ca.vertcat(*interval.residuals))
     at_end = StageFunction("live_end", end_stage, residuals=ca.vertcat(*end.residuals))
     if accelerate is not None:
         functions.accelerate(accelerate)
         at_end.accelerate(accelerate)
-    last = (count * stage + np.arange(layout.last))[:, None]
+    defined = layout.defined(interval_stage.rows.numel())
     nlp = Nlp(
         [
-            Block(interval_stage, functions, variables, next_state=defined),
-            Block(end_stage, at_end, last, first=count),
+            Block(interval_stage, functions, layout.variables(count), next_state=defined),
+            Block(end_stage, at_end, layout.last_variables(count), first=count),
         ],
-        count * stage + layout.last,
+        layout.total(count),
         initial=np.zeros(layout.node.size),
         live=True,
     )
@@ -120,12 +101,7 @@ def build(robot: Robot, settings: MpcSettings, accelerate: Accelerate | None = N
         nu=(*[layout.inputs.size] * count, 0),
         ng=(*[rows] * count, 0),
     )
-    return LiveProblem(robot, nlp, structure, layout, interval, end, mean_inertia(robot))
-
-
-def mean_inertia(robot: Robot) -> float:
-    """Unit of L in the variables, per rad/s: the mean moment of inertia, kg·m²."""
-    return float(np.trace(robot.inertia_matrix)) / 3.0
+    return LiveProblem(robot, nlp, structure, layout, interval, end)
 
 
 # -- stages ----------------------------------------------------------------------------------------------
@@ -140,7 +116,7 @@ class _Symbols:
         self.body = Body(
             mass=stage.symbol("mass", 1),
             weight=stage.symbol("weight", 1),
-            inertia=_symmetric(inertia),
+            inertia=symmetric(inertia),
             stance=ca.reshape(stage.symbol("stance", 12), 3, FEET),
             heading_offset=stage.symbol("heading_offset", FEET),
             interval=stage.symbol("interval", 1),
@@ -148,7 +124,7 @@ class _Symbols:
         )
         self.figures = Figures(
             mass=self.body.mass,
-            inertia_inverse=[[_symmetric(inverse)[i, j] for j in range(3)] for i in range(3)],
+            inertia_inverse=[[symmetric(inverse)[i, j] for j in range(3)] for i in range(3)],
             kinds=[leg.foot for leg in robot.leg_list],
             heading_offset=ca.vertsplit(self.body.heading_offset),
         )
@@ -156,36 +132,7 @@ class _Symbols:
         self.foot_z = stage.symbol("foot_z", FEET)
 
 
-def _state(layout: Layouts, node: ca.SX, symbols: _Symbols) -> State:
-    groups = {name: node[layout.node[name]] for name in ("theta", "L", "r", "dr", "xy", "sigma")}
-    sigma: list[Any] = [ca.SX(0)] * FEET
-    for number, leg in enumerate(layout.steerable):
-        sigma[leg] = groups["sigma"][number]
-    return State(
-        r=ca.vertsplit(groups["r"]),
-        theta=ca.vertsplit(groups["theta"]),
-        dr=ca.vertsplit(groups["dr"]),
-        L=[symbols.momentum * c for c in ca.vertsplit(groups["L"])],
-        feet=tuple(
-            FootState([groups["xy"][2 * i], groups["xy"][2 * i + 1], symbols.foot_z[i]], sigma[i])
-            for i in range(FEET)
-        ),
-    )
-
-
-def _state_vector(layout: Layouts, x: State, symbols: _Symbols) -> ca.SX:
-    vector: ca.SX = ca.vertcat(
-        *x.theta,
-        *(c / symbols.momentum for c in x.L),
-        *x.r,
-        *x.dr,
-        *(foot.p[a] for foot in x.feet for a in range(2)),
-        *(x.feet[leg].sigma for leg in layout.steerable),
-    )
-    return vector
-
-
-def _fill_interval(stage: LiveStage, robot: Robot, layout: Layouts, workspace: bool) -> ca.SX:
+def _fill_interval(stage: LiveStage, robot: Robot, layout: StageLayout, workspace: bool) -> ca.SX:
     symbols = _Symbols(stage, robot)
     body, h = symbols.body, symbols.body.interval
     node, u = ca.SX.sym("node", layout.node.size), ca.SX.sym("inputs", layout.inputs.size)
@@ -195,7 +142,7 @@ def _fill_interval(stage: LiveStage, robot: Robot, layout: Layouts, workspace: b
     lift_rate = stage.symbol("lift_rate", 2 * FEET)
     effective = [stands[i] * force[3 * i : 3 * i + 3] for i in range(FEET)]
     motions = [moves[2 * i : 2 * i + 2] * motion[2 * i : 2 * i + 2] for i in range(FEET)]
-    begin = _state(layout, node, symbols)
+    begin = state_of(layout, node, symbols.momentum, symbols.foot_z)
     feet = [
         FootInput(
             ca.vertsplit(body.weight * effective[i]),
@@ -205,11 +152,11 @@ def _fill_interval(stage: LiveStage, robot: Robot, layout: Layouts, workspace: b
         for i in range(FEET)
     ]
     end, middle = step(ca, begin, feet, h, symbols.figures)
-    reached = ca.vertcat(_state_vector(layout, end, symbols), force, motion[0::2])
+    reached = ca.vertcat(*state_entries(layout, end, symbols.momentum), force, motion[0::2])
     stage.add_rows("dynamics", following - reached, equation=True)
 
     inputs = Inputs([body.weight * f for f in effective], motions, [ca.SX.zeros(2)] * FEET)
-    x = _instant(robot, symbols, begin, inputs)
+    x = _instant(symbols, begin, inputs)
     _add_state_costs(stage, robot, symbols, x, h, workspace)
     weight = _weights(stage)
     stage.add_cost("acc", weight("acc") * h, x.ddr)
@@ -226,7 +173,7 @@ def _fill_interval(stage: LiveStage, robot: Robot, layout: Layouts, workspace: b
     mu = stage.symbol("mu", 1)
     friction, data = Friction(), SimpleNamespace(mu=mu)
     raw = Inputs([force[3 * i : 3 * i + 3] for i in range(FEET)], motions, [ca.SX.zeros(2)] * FEET)
-    cones = _instant(robot, symbols, middle, raw)
+    cones = _instant(symbols, middle, raw)
     stage.add_rows(
         "friction", ca.vertcat(*(friction.expression(cones, f, data) for f in cones.feet)), unit="mg"
     )
@@ -237,29 +184,18 @@ def _fill_interval(stage: LiveStage, robot: Robot, layout: Layouts, workspace: b
     return ca.vertcat(node, u, following)
 
 
-def _fill_end(stage: LiveStage, robot: Robot, layout: Layouts, workspace: bool) -> ca.SX:
+def _fill_end(stage: LiveStage, robot: Robot, layout: StageLayout, workspace: bool) -> ca.SX:
     symbols = _Symbols(stage, robot)
     node = ca.SX.sym("node", layout.last)
-    x = _instant(robot, symbols, _state(layout, node, symbols), Inputs.none())
+    x = _instant(symbols, state_of(layout, node, symbols.momentum, symbols.foot_z), Inputs.none())
     factor = stage.symbol("factor", 1)
     _add_state_costs(stage, robot, symbols, x, factor * symbols.body.interval, workspace)
     return node
 
 
-def _instant(robot: Robot, symbols: _Symbols, x: State, inputs: Inputs) -> Instant:
-    kinds = [leg.foot for leg in robot.leg_list]
-    return make_instant(
-        symbols.body,
-        kinds,
-        ca.SX(ca.vertcat(*x.r, *x.theta)),
-        ca.SX(ca.vertcat(*x.dr, *euler_rate(ca, x.theta, x.L, symbols.figures))),
-        [ca.SX(ca.vertcat(*foot.p[:2])) for foot in x.feet],
-        [ca.SX(foot.p[2]) for foot in x.feet],
-        [ca.SX(foot.sigma) for foot in x.feet],
-        [ca.SX(0)] * FEET,
-        inputs,
-        Inputs.none(),
-    )
+def _instant(symbols: _Symbols, x: State, inputs: Inputs) -> Instant:
+    """The instant of a state; how fast feet rise is known, and no term asks for it."""
+    return instant_of(symbols.body, symbols.figures, x, [ca.SX(0)] * FEET, inputs, Inputs.none())
 
 
 def _weights(stage: LiveStage) -> Callable[[str], ca.SX]:
@@ -341,9 +277,3 @@ def workspace_limits(robot: Robot, leg: int, margin: float) -> tuple[Array, Arra
         "ankle_height": np.array([limb.ankle_height]),
     }
     return np.concatenate(low), np.concatenate(high), figures
-
-
-def _symmetric(upper: ca.SX) -> ca.SX:
-    xx, xy, xz, yy, yz, zz = (upper[i] for i in range(6))
-    matrix: ca.SX = ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
-    return matrix

@@ -29,7 +29,7 @@ from rollgait.mpc.filling import Filling
 from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.incoming import Incoming
 from rollgait.mpc.iterate import Iterate
-from rollgait.mpc.model import build, mean_inertia
+from rollgait.mpc.model import build
 from rollgait.mpc.prediction import STANDING_STATUS, Event, Mode, Prediction, Status
 from rollgait.mpc.reference import Reference, ReferenceMaker
 from rollgait.mpc.settings import MpcSettings
@@ -440,7 +440,7 @@ class Mpc:
     def _take_robot(self, robot: Robot) -> None:
         self._inertia = robot.inertia_matrix.tolist()
         inverse = np.linalg.inv(robot.inertia_matrix).tolist()
-        self._momentum = mean_inertia(robot)
+        self._momentum = robot.mean_inertia
         self._standing = Standing(robot, self.settings)
         legs = robot.leg_list
         self._figures = Figures(

@@ -181,6 +181,11 @@ class Robot(Config):
         """m g, N."""
         return self.mass * GRAVITY
 
+    @property
+    def mean_inertia(self) -> float:
+        """Mean of the three moments of inertia, kg·m²."""
+        return float(np.trace(self.inertia_matrix)) / 3.0
+
     def static_forces(self, p_foot_base: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         """Normal forces that balance the standing robot, shape (4,), N: those of smallest norm.
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -26,10 +25,9 @@ from rollgait.dynamics.step import (
     FootState,
     State,
     angular_momentum,
-    euler_rate,
     step,
 )
-from rollgait.ocp.instant import Body, Inputs, Instant, make_instant
+from rollgait.ocp.instant import Body, Inputs, Instant
 from rollgait.ocp.problem import Problem
 from rollgait.ocp.term import Place
 from rollgait.plan.condensed import CondensedTrajectory
@@ -37,9 +35,10 @@ from rollgait.plan.samples import Samples
 from rollgait.robot.robot import Robot
 from rollgait.transcription.base import Structure
 from rollgait.transcription.guess import Motion, motion_inputs
-from rollgait.transcription.layout import Layout
+from rollgait.transcription.layout import Layout, StageLayout
 from rollgait.transcription.nlp import Accelerate, Block, Nlp, StageFunction
 from rollgait.transcription.stage import RowLabel, Stage, StageBuilder
+from rollgait.transcription.states import instant_of, state_entries, state_of
 from rollgait.transcription.tableau import gauss_legendre
 
 Array = NDArray[np.float64]
@@ -84,47 +83,35 @@ class Condensed:
 def transcribe(problem: Problem, accelerate: Accelerate | None = None) -> Condensed:
     """The problem as an NLP by one step per interval."""
     layout, count = _layout(problem.robot), problem.schedule.intervals
-    stage = layout.stage
-    total = count * stage + layout.last
-    variables = np.arange(count) * stage + np.arange(stage + layout.node.size)[:, None]
-    variables[stage + layout.last :, -1] = -1  # nothing follows that would need the last inputs
     interval = _interval_stage(problem, layout)
     end = _end_stage(problem, layout)
-    defined = np.full(interval.rows.numel(), -1, dtype=np.intp)
-    defined[: layout.node.size] = stage + np.arange(layout.node.size)
-    last = (count * stage + np.arange(layout.last))[:, None]
     functions = StageFunction("interval", interval)
     if accelerate is not None:
         functions.accelerate(accelerate)
     blocks = [
-        Block(interval, functions, variables, next_state=defined),
-        Block(end, StageFunction("end", end), last, first=count),
+        Block(
+            interval,
+            functions,
+            layout.variables(count),
+            next_state=layout.defined(interval.rows.numel()),
+        ),
+        Block(end, StageFunction("end", end), layout.last_variables(count), first=count),
     ]
-    return Condensed(problem, Nlp(blocks, total, initial=_start_values(problem, layout)))
+    return Condensed(problem, Nlp(blocks, layout.total(count), initial=_start_values(problem, layout)))
 
 
 # -- variables -------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
-class _Layouts:
-    """Order of the variables: `node` is the state, then the previous inputs; `inputs` those of an interval.
+class _Layouts(StageLayout):
+    """The layout of this transcription.
 
     Attributes:
         previous: which of the 8 planar inputs the next stage must know (σ̇ it need not).
-        last: size of the last node, which has no previous inputs.
     """
 
-    node: Layout
-    inputs: Layout
-    steerable: tuple[int, ...]
     previous: tuple[int, ...]
-    last: int
-
-    @property
-    def stage(self) -> int:
-        """Variables of an interval."""
-        return self.node.size + self.inputs.size
 
 
 def _layout(robot: Robot) -> _Layouts:
@@ -141,7 +128,7 @@ def _layout(robot: Robot) -> _Layouts:
     ]
     node = Layout([*state, ("previous_force", 3 * FEET), ("previous_motion", len(previous))])
     inputs = Layout([("force", 3 * FEET), ("motion", 2 * FEET), ("lift_rate", 2 * FEET)])
-    return _Layouts(node, inputs, steerable, previous, sum(size for _, size in state))
+    return _Layouts(node, inputs, steerable, sum(size for _, size in state), previous)
 
 
 # -- stages ----------------------------------------------------------------------------------------------
@@ -156,33 +143,14 @@ class _Scaled:
 
 
 def _state_of(layout: _Layouts, node: ca.SX, scaled: _Scaled) -> State:
-    groups = {name: node[layout.node[name]] for name in ("theta", "L", "r", "dr", "xy", "sigma", "z")}
-    sigma: list[Any] = [0.0] * FEET
-    for number, leg in enumerate(layout.steerable):
-        sigma[leg] = groups["sigma"][number]
-    feet = (
-        FootState([groups["xy"][2 * i], groups["xy"][2 * i + 1], groups["z"][i]], sigma[i])
-        for i in range(FEET)
-    )
-    return State(
-        r=ca.vertsplit(groups["r"]),
-        theta=ca.vertsplit(groups["theta"]),
-        dr=ca.vertsplit(groups["dr"]),
-        L=[scaled.momentum * c for c in ca.vertsplit(groups["L"])],
-        feet=tuple(feet),
-    )
+    return state_of(layout, node, scaled.momentum, node[layout.node["z"]])
 
 
 def _node_of(layout: _Layouts, x: State, inputs: ca.SX, scaled: _Scaled) -> ca.SX:
     """The node vector of a state that follows an interval with these inputs."""
     motion = inputs[layout.inputs["motion"]]
     return ca.vertcat(
-        *x.theta,
-        *(c / scaled.momentum for c in x.L),
-        *x.r,
-        *x.dr,
-        *(foot.p[a] for foot in x.feet for a in range(2)),
-        *(x.feet[leg].sigma for leg in layout.steerable),
+        *state_entries(layout, x, scaled.momentum),
         *(foot.p[2] for foot in x.feet),
         inputs[layout.inputs["force"]],
         *(motion[j] for j in layout.previous),
@@ -193,13 +161,12 @@ class _Interval:
     """The symbols of one interval, its step, and instants at its begin, middle and end."""
 
     def __init__(self, builder: StageBuilder, layout: _Layouts) -> None:
-        problem, body = builder.problem, builder.body
+        body = builder.body
         self.builder, self.layout, self.scaled = builder, layout, _Scaled(body)
         self.robot = _figures(builder)
         self.node = ca.SX.sym("node", layout.node.size)
         self.u = ca.SX.sym("inputs", layout.inputs.size)
         self.next_node = ca.SX.sym("next_node", layout.node.size)
-        self.kinds = [leg.foot for leg in problem.robot.leg_list]
         groups = {name: self.u[layout.inputs[name]] for name in ("force", "motion", "lift_rate")}
         self.inputs = Inputs(
             [body.weight * groups["force"][3 * i : 3 * i + 3] for i in range(FEET)],
@@ -232,9 +199,7 @@ class _Interval:
     def instant(self, x: State, tau: float, height_point: int | None = None) -> Instant:
         """The instant of a state at the fraction τ of the interval."""
         rates = _rate_at(self.inputs.lift_rate, tau)
-        return _instant(
-            self.builder.body, self.kinds, x, self.robot, rates, self.inputs, self.previous, height_point
-        )
+        return instant_of(self.builder.body, self.robot, x, rates, self.inputs, self.previous, height_point)
 
     def at_height_point(self, j: int) -> Instant:
         """The instant at a height point (only the height and its rate are those of the point)."""
@@ -280,41 +245,11 @@ def _end_stage(problem: Problem, layout: _Layouts) -> Stage:
     builder = StageBuilder(problem, 1)
     node = ca.SX.sym("node", layout.last)
     x = _state_of(layout, node, _Scaled(builder.body))
-    kinds = [leg.foot for leg in problem.robot.leg_list]
     none = [ca.SX.nan(1)] * FEET
-    instant = _instant(builder.body, kinds, x, _figures(builder), none, Inputs.none(), Inputs.none())
+    instant = instant_of(builder.body, _figures(builder), x, none, Inputs.none(), Inputs.none())
     builder.add_costs([instant], np.ones(1), terminal=True)
     builder.add_constraints({Place.TERMINAL: [instant]})
     return builder.finish(node)
-
-
-def _instant(
-    body: Body,
-    kinds: Sequence[Any],
-    x: State,
-    robot: Figures,
-    height_rate: Sequence[ca.SX],
-    inputs: Inputs,
-    previous: Inputs,
-    height_point: int | None = None,
-) -> Instant:
-    return make_instant(
-        body,
-        kinds,
-        _column([*x.r, *x.theta]),
-        _column([*x.dr, *euler_rate(ca, x.theta, x.L, robot)]),
-        [_column(foot.p[:2]) for foot in x.feet],
-        [foot.p[2] for foot in x.feet],
-        [foot.sigma for foot in x.feet],
-        height_rate,
-        inputs,
-        previous,
-        height_point,
-    )
-
-
-def _column(components: Sequence[Any]) -> ca.SX:
-    return ca.SX(ca.vertcat(*components))
 
 
 def _figures(builder: StageBuilder) -> Figures:
@@ -366,7 +301,7 @@ def _node_rows(layout: _Layouts, s: Samples, robot: Robot) -> Array:
     return np.hstack(
         [
             s.euler,
-            np.stack(L, axis=-1) / _mean_inertia(robot),
+            np.stack(L, axis=-1) / robot.mean_inertia,
             s.com_position,
             s.com_velocity,
             s.foot_position[:, :, :2].reshape(len(s.time), -1),
@@ -376,10 +311,6 @@ def _node_rows(layout: _Layouts, s: Samples, robot: Robot) -> Array:
     )
 
 
-def _mean_inertia(robot: Robot) -> float:
-    return float(np.trace(robot.inertia_matrix)) / 3.0
-
-
 def _start_values(problem: Problem, layout: _Layouts) -> Array:
     """x0 in the order of the first node; nothing came before it."""
     start, robot = problem.start, problem.robot
@@ -387,7 +318,7 @@ def _start_values(problem: Problem, layout: _Layouts) -> Array:
     return np.concatenate(
         [
             start.base[3:],
-            np.array(L) / _mean_inertia(robot),
+            np.array(L) / robot.mean_inertia,
             start.base[:3],
             start.base_rate[:3],
             start.p_foot[:, :2].ravel(),
@@ -410,7 +341,7 @@ def _decode(problem: Problem, variables: Array) -> CondensedTrajectory:
         "r": nodes[:, layout.node["r"]],
         "theta": nodes[:, layout.node["theta"]],
         "dr": nodes[:, layout.node["dr"]],
-        "L": nodes[:, layout.node["L"]] * _mean_inertia(robot),
+        "L": nodes[:, layout.node["L"]] * robot.mean_inertia,
         "foot_xy": nodes[:, layout.node["xy"]].reshape(count, FEET, 2),
         "foot_z": nodes[:, layout.node["z"]],
         "heading": heading,

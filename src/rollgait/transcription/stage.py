@@ -123,7 +123,7 @@ class StageBuilder:
         return Body(
             mass=mass,
             weight=self.symbol("weight", [robot.weight]),
-            inertia=_symmetric(inertia),
+            inertia=symmetric(inertia),
             stance=ca.reshape(stance, 3, 4),
             heading_offset=self.symbol("heading_offset", [leg.heading for leg in robot.leg_list]),
             interval=self.symbol("interval", [self.problem.schedule.interval]),
@@ -228,7 +228,7 @@ class StageBuilder:
         )
 
 
-def _symmetric(upper: ca.SX) -> ca.SX:
+def symmetric(upper: ca.SX) -> ca.SX:
     """A 3 × 3 matrix from its upper triangle (xx, xy, xz, yy, yz, zz)."""
     xx, xy, xz, yy, yz, zz = (upper[i] for i in range(6))
     return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
