@@ -26,14 +26,12 @@ from rollgait.cli import (
     track,
     view,
 )
+from rollgait.cli.exit_status import INTERRUPTED
 from rollgait.cli.log import log_on_stderr
 from rollgait.cli.output import print_error
 from rollgait.cli.run import run as run_scenario
 from rollgait.cli.usage import Commands, usage_error
 from rollgait.errors import RollgaitError
-
-INTERRUPTED = 130
-"""Exit status after Ctrl-C, as shells count it: 128 + SIGINT."""
 
 app = typer.Typer(
     cls=Commands, rich_markup_mode=None, add_completion=False, pretty_exceptions_enable=False, name="rollgait"

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from rollgait.cli.view import need_viser, port_from
-from rollgait.errors import MissingExtraError, UnknownNameError
+from rollgait.cli.view import DEFAULT_PORT, Port, need_view, port_from
+from rollgait.errors import UnknownNameError
 
 
 def drive(
@@ -22,7 +22,7 @@ def drive(
         ),
     ] = "mujoco",
     gait: Annotated[str, typer.Option(metavar="NAME", help="Gait with which it begins.")] = "drive",
-    port: Annotated[str, typer.Option(metavar="PORT", help="Port of the page; 0 takes a free one.")] = "8080",
+    port: Port = DEFAULT_PORT,
     browser: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in the browser.")] = False,
     seconds: Annotated[
         float | None, typer.Option(metavar="S", min=0.0, help="End after this time; by default at Ctrl-C.")
@@ -61,8 +61,4 @@ def _check(robot: str, plant: str, gait: str) -> None:
     find_gait(gait)
     if plant not in PLANTS:
         raise UnknownNameError("plant", plant, PLANTS)
-    need_viser("driving")
-    try:
-        import websockets  # noqa: F401
-    except ImportError:
-        raise MissingExtraError("driving", "view") from None
+    need_view("driving", "websockets")

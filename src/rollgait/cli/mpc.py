@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rollgait.cli.arguments import AsJson, Kernels
-from rollgait.cli.output import number, print_json, print_table
+from rollgait.cli.exit_status import INTERRUPTED
+from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.cli.progress import StatusLine
 from rollgait.cli.recordings import check_recording, write_recording
 from rollgait.cli.simulate import Friction, Latency, PayloadText, RadiusError, Slope, disturbances_from
@@ -25,17 +26,11 @@ if TYPE_CHECKING:
     from rollgait.mpc.loop import ClosedLoop
     from rollgait.mpc.settings import MpcSettings
 
-MILLI = 1e3
-INTERRUPTED = 130
-"""Exit status after Ctrl-C, as shells count it: 128 + SIGINT."""
 DATA = ("npz",)
 EVENTS_SHOWN = 12
 """Events that a person reads; --json and the log have all."""
 SHOWN_EVERY = 0.2
 """Between two changes of the progress line, s of the robot's time."""
-
-FIRST_GAIT = "drive"
-"""With which a script begins that does not say it."""
 
 
 def mpc(
@@ -140,7 +135,7 @@ def _loop(
     seed: int,
 ) -> ClosedLoop:
     """The closed loop that the options ask for. Raises what they have wrong."""
-    from rollgait.cli.mpc_input import REPLAY
+    from rollgait.cli.mpc_input import FIRST_GAIT, REPLAY
     from rollgait.errors import InputError, UnknownNameError
     from rollgait.mpc.setup import PLANTS, make_loop
 

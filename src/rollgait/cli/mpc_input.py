@@ -19,6 +19,8 @@ from rollgait.simulation.disturbances import PUSH_DURATION, Push
 
 RANDOM: Final = "random"
 REPLAY: Final = "replay:"
+FIRST_GAIT: Final = "drive"
+"""With which a script begins that does not say it."""
 DURATION: Final = 20.0
 """Of a run whose command does not say how long it takes, s."""
 DURATION_MAX: Final = 86400.0
@@ -102,7 +104,7 @@ def _commands(text: str, duration: float, seed: int) -> Asked:
     if "=" in text:
         command = command_from(text)
         script = Script(
-            duration=duration, gait=command.gait or "drive", commands=(TimedCommand(command=command),)
+            duration=duration, gait=command.gait or FIRST_GAIT, commands=(TimedCommand(command=command),)
         )
         script.check()
         return Asked(script, text)

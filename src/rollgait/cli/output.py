@@ -17,6 +17,9 @@ STYLES = {"pass": "green", "fail": "bold red", "not promised": "dim", "not certi
 ERRORS = Console(stderr=True, highlight=False, soft_wrap=True)
 """stderr: one console for all that writes there, so that lines do not run into a progress line."""
 
+MILLI = 1e3
+"""Thousandths of an SI unit in one: people read mm and ms."""
+
 NEGLIGIBLE = 1e-12
 """What a person reads as 0: rounding errors of sums, in SI units."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from rollgait.cli.view import need_viser
+from rollgait.cli.view import need_view
 from rollgait.errors import UnknownNameError
 from rollgait.files import check_writable
 
@@ -28,7 +28,7 @@ def check_recording(target: Path, field: str, data: tuple[str, ...] = ()) -> Non
         raise UnknownNameError(field, target.name, formats, "must end in a format that is known")
     check_writable(target)
     if suffix in RECORDINGS:
-        need_viser("a recording")
+        need_view("a recording")
 
 
 def write_recording(clip: Clip, target: Path, ghost: Clip | None = None) -> Path:

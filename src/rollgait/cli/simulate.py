@@ -10,7 +10,7 @@ import typer
 
 from rollgait.archive import kind_of
 from rollgait.cli.arguments import AsJson
-from rollgait.cli.output import number, print_json, print_table
+from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.errors import FileError
 from rollgait.files import check_writable
 from rollgait.plan.plan import Plan
@@ -21,7 +21,6 @@ from rollgait.simulation import simulate as simulate_motion
 from rollgait.simulation.disturbances import parse_quantity
 from rollgait.tracking import JointTrajectory
 
-MILLI = 1e3
 MOST_USED = 3
 """Number of joints whose torques are shown."""
 

@@ -8,13 +8,11 @@ from typing import Annotated
 import typer
 
 from rollgait.cli.arguments import AsJson, PlanFile, rate_from
-from rollgait.cli.output import number, print_json, print_table
+from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.files import check_writable
 from rollgait.plan.plan import Plan
 from rollgait.tracking import TrackingReport
 from rollgait.tracking import track as track_plan
-
-MILLI = 1e3
 
 
 def track(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,8 @@ from rollgait.errors import InputError, MissingExtraError
 MotionFile = Annotated[
     Path, typer.Argument(metavar="FILE", help="A plan, a joint trajectory or a log (.npz).")
 ]
+Port = Annotated[str, typer.Option(metavar="PORT", help="Port of the page; 0 takes a free one.")]
+DEFAULT_PORT = "8080"
 LOOPBACK = "127.0.0.1"
 
 
@@ -21,7 +24,7 @@ def view(
     compare: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Another one, to be shown as a ghost.")
     ] = None,
-    port: Annotated[str, typer.Option(metavar="PORT", help="Port of the page; 0 takes a free one.")] = "8080",
+    port: Port = DEFAULT_PORT,
     host: Annotated[
         str, typer.Option(metavar="ADDRESS", help="Address to listen on; by default this machine only.")
     ] = LOOPBACK,
@@ -31,7 +34,7 @@ def view(
     Runs until Ctrl-C.
     """
     number = port_from(port)
-    need_viser("the viewer")
+    need_view("the viewer")
     from rollgait.view.viewer import view as open_view
 
     viewer = open_view(file, compare, host=host, port=number)
@@ -54,9 +57,10 @@ def port_from(text: str) -> int:
     return int(text)
 
 
-def need_viser(feature: str) -> None:
-    """Raises `MissingExtraError` where viser is not installed."""
+def need_view(feature: str, *more: str) -> None:
+    """Raises `MissingExtraError` where viser, or one of `more` modules of its extra, is not installed."""
     try:
-        import viser  # noqa: F401
+        for module in ("viser", *more):
+            import_module(module)
     except ImportError:
         raise MissingExtraError(feature, "view") from None

@@ -1,0 +1,6 @@
+"""Exit statuses of commands beside 0 done, 1 not solved or not passed, 2 wrong input."""
+
+from typing import Final
+
+INTERRUPTED: Final = 130
+"""After Ctrl-C, as shells count it: 128 + SIGINT."""
