@@ -72,9 +72,14 @@ def vector(element: ET.Element, key: str, default: str = "0 0 0") -> Array:
     return np.array([float(text) for text in element.get(key, default).split()])
 
 
+def axis_of(element: ET.Element) -> Array:
+    """The axis of a joint as it is written; x if there is none."""
+    axis = element.find("axis")
+    return np.array([1.0, 0.0, 0.0]) if axis is None else vector(axis, "xyz")
+
+
 def _moved(pose: Poses, element: ET.Element, kind: str, values: Array) -> Poses:
-    axis_element = element.find("axis")
-    axis = np.array([1.0, 0.0, 0.0]) if axis_element is None else vector(axis_element, "xyz")
+    axis = axis_of(element)
     if kind == "prismatic":
         return pose.then(np.eye(3), values[:, None] * axis)
     return pose.then(matrix_from_axis(axis, values), np.zeros(3))

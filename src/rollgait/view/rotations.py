@@ -14,8 +14,9 @@ def matrix_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
 
 
 def matrix_from_axis(axis: Array, angle: Array) -> Array:
-    """R (n, 3, 3) of turns by angles (n,) about one axis."""
-    return np.asarray(Rotation.from_rotvec(angle[:, None] * axis / np.linalg.norm(axis)).as_matrix())
+    """R (n, 3, 3) of turns by angles (n,) about one axis (3,), or each about its own, (n, 3)."""
+    length = np.linalg.norm(axis, axis=-1, keepdims=True)
+    return np.asarray(Rotation.from_rotvec(angle[:, None] * axis / length).as_matrix())
 
 
 def matrix_from_quaternion(xyzw: Array) -> Array:

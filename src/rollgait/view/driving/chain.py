@@ -13,20 +13,18 @@ from rollgait.robot.urdf_files import read_urdf
 from rollgait.view import shapes
 from rollgait.view.clip import Clip
 from rollgait.view.driving.messages import Array, Body
-from rollgait.view.kinematics import Poses, link_poses, vector
+from rollgait.view.kinematics import Poses, axis_of, link_poses
 from rollgait.view.meshes import Part, parts_of, whole_body_of
-from rollgait.view.rotations import matrix_from_quaternion
+from rollgait.view.rotations import matrix_from_axis, matrix_from_quaternion
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint: piece it hangs on, place and turn there, axis, and its column among the joints."""
+    """A joint: piece it hangs on, place and turn there."""
 
     parent: int
     R: Array
     p: Array
-    axis: Array
-    column: int
 
 
 @dataclass(frozen=True)
@@ -61,6 +59,7 @@ class Chain:
         carrier: dict[str, int] = {}  # link at the end of a joint → number of its piece
         frames = [(root, root)]
         self._joints: list[Joint] = []
+        axes, columns = list[Array](), list[int]()
         for _, leg in body.leg_list():
             above = 0
             for joint in urdf.chain(leg.frame):
@@ -69,13 +68,13 @@ class Chain:
                 if joint.child not in carrier:
                     parent = frames[above][1]
                     R, p = _relative(parent, still[joint.child])
-                    axis = elements[joint.name].find("axis")
-                    direction = np.array([1.0, 0.0, 0.0]) if axis is None else vector(axis, "xyz")
-                    direction = direction / np.linalg.norm(direction)
-                    self._joints.append(Joint(above, R, p, direction, column[joint.name]))
+                    self._joints.append(Joint(above, R, p))
+                    axes.append(axis_of(elements[joint.name]))
+                    columns.append(column[joint.name])
                     carrier[joint.child] = len(frames)
                     frames.append((poses[joint.child], still[joint.child]))
                 above = carrier[joint.child]
+        self._axes, self._columns = np.reshape(axes, (-1, 3)), np.array(columns, dtype=np.intp)
         pieces: list[dict[tuple[int | None, bool], list[shapes.Shape]]] = [{} for _ in frames]
         for part in parts_of(clip):
             chain = [carrier[j.child] for j in urdf.chain(part.name) if j.child in carrier]
@@ -90,26 +89,12 @@ class Chain:
         R = np.empty((len(self.pieces), 3, 3))
         p = np.empty((len(self.pieces), 3))
         R[0], p[0] = matrix_from_quaternion(body.base_quaternion), body.base_position
-        angles = body.joint_position
-        for number, joint in enumerate(self._joints, start=1):
+        turns = matrix_from_axis(self._axes, body.joint_position[self._columns])  # at once: that is quick
+        for number, (joint, turn) in enumerate(zip(self._joints, turns, strict=True), start=1):
             above = R[joint.parent]
-            R[number] = above @ joint.R @ _turn(joint.axis, float(angles[joint.column]))
+            R[number] = above @ joint.R @ turn
             p[number] = p[joint.parent] + above @ joint.p
         return R, p
-
-
-def _turn(axis: Array, angle: float) -> Array:
-    """R (3, 3) about a unit axis, by Rodrigues' formula."""
-    x, y, z = axis.tolist()
-    c, s = np.cos(angle), np.sin(angle)
-    k = 1.0 - c
-    return np.array(
-        [
-            [c + k * x * x, k * x * y - s * z, k * x * z + s * y],
-            [k * x * y + s * z, c + k * y * y, k * y * z - s * x],
-            [k * x * z - s * y, k * y * z + s * x, c + k * z * z],
-        ]
-    )
 
 
 def _relative(parent: Poses, child: Poses) -> tuple[Array, Array]:
