@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import io
 import shutil
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -82,3 +83,11 @@ def settled(page: Any, tries: int = 40) -> NDArray[np.float64]:
             return now
         before = now
     raise AssertionError("the picture does not come to rest")
+
+
+def wait_until(true: Callable[[], bool], seconds: float = 60.0) -> None:
+    """Waits until something is true."""
+    end = time.monotonic() + seconds
+    while not true():
+        assert time.monotonic() < end, "it does not happen"
+        time.sleep(0.05)

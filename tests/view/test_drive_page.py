@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.view.browser import browser, centre, near, needs_chromium, picture
+from tests.view.browser import centre, near, needs_chromium, picture, wait_until
 
 pytest.importorskip("mujoco", reason="needs the extra whole-body")
 pytest.importorskip("pinocchio", reason="needs the extra whole-body")
@@ -36,25 +35,16 @@ def drive() -> Iterator[DrivePage]:
 
 
 @pytest.fixture(scope="module")
-def page(drive: DrivePage, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with browser(tmp_path_factory.mktemp("profile")) as context:
-        sheet = context.pages[0]
-        sheet.goto(drive.url)
-        sheet.get_by_text("real time").wait_for()
-        joystick(sheet).get_by_text("connected", exact=True).wait_for()
-        wait_until(lambda: near(picture(sheet), LEG_COLOURS[1]).sum() > 500)
-        yield sheet
+def page(drive: DrivePage, sheet: Any) -> Any:
+    sheet.goto(drive.url)
+    sheet.get_by_text("real time").wait_for()
+    joystick(sheet).get_by_text("connected", exact=True).wait_for()
+    wait_until(lambda: near(picture(sheet), LEG_COLOURS[1]).sum() > 500)
+    return sheet
 
 
 def joystick(page: Any) -> Any:
     return page.frame_locator("iframe[title=joystick]")
-
-
-def wait_until(true: Callable[[], bool], seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
-    while not true():
-        assert time.monotonic() < end, "it does not happen"
-        time.sleep(0.05)
 
 
 def place(drive: DrivePage) -> np.ndarray:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.view.browser import browser, centre, near, needs_chromium, settled
+from tests.view.browser import centre, near, needs_chromium, settled, wait_until
 
 from rollgait.cli.app import run  # isort: skip  # the line above skips where viser is absent
 from rollgait.errors import InputError  # isort: skip
@@ -42,23 +41,14 @@ def viewer() -> Iterator[Viewer]:
 
 
 @pytest.fixture(scope="module")
-def page(viewer: Viewer, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    with browser(tmp_path_factory.mktemp("profile")) as context:
-        sheet = context.pages[0]
-        asked: list[str] = []
-        sheet.on("request", lambda request: asked.append(request.url))
-        sheet.goto(viewer.url)
-        sheet.get_by_text("by hand").wait_for()
-        settled(sheet)
-        yield sheet
-        assert all(url.startswith((viewer.url, "blob:", "data:")) for url in asked)
-
-
-def wait_until(true: Callable[[], bool], seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
-    while not true():
-        assert time.monotonic() < end, "it does not happen"
-        time.sleep(0.1)
+def page(viewer: Viewer, sheet: Any) -> Iterator[Any]:
+    asked: list[str] = []
+    sheet.on("request", lambda request: asked.append(request.url))
+    sheet.goto(viewer.url)
+    sheet.get_by_text("by hand").wait_for()
+    settled(sheet)
+    yield sheet
+    assert all(url.startswith((viewer.url, "blob:", "data:")) for url in asked)
 
 
 def scrub(page: Any, viewer: Viewer, to: float) -> NDArray[np.float64]:
