@@ -1,0 +1,80 @@
+"""Planar pieces of ground, and which of each is seen where later ones lie over earlier ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.terrain.polygons import Array, contains, subtract
+
+FAR: Final = 1000.0
+"""Half the side of the square that holds all planar ground, m: a plane "without end" ends here."""
+COPLANAR: Final = 1.0e-9
+"""Planes that differ by no more than this, in m at the origin and as a slope, are one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Facet:
+    """A convex piece of a plane z = height + slope · (x, y).
+
+    Attributes:
+        polygon: its vertices from above, counter-clockwise, (n, 2), m.
+        height: of the plane over the origin of the world, m.
+        slope: gradient of the plane, (2,).
+        friction: μ.
+        source: number of the part that it belongs to; −1 is the plane that all parts lie on.
+    """
+
+    polygon: Array
+    height: float
+    slope: Array
+    friction: float
+    source: int = -1
+
+    @cached_property
+    def box(self) -> tuple[Array, Array]:
+        """Smallest and largest coordinates, each (2,), m."""
+        return self.polygon.min(axis=0), self.polygon.max(axis=0)
+
+    def z(self, points: Array) -> Array:
+        """Height of its plane at points (…, 2), m."""
+        return np.asarray(self.height + points @ self.slope)
+
+    def contains(self, points: Array) -> NDArray[np.bool_]:
+        """Which points (n, 2) it lies under or over; its border belongs to it."""
+        low, high = self.box
+        inside = np.asarray(((points >= low - 1e-6) & (points <= high + 1e-6)).all(axis=1))
+        inside[inside] = contains(self.polygon, points[inside])
+        return inside
+
+    def coplanar(self, other: Facet) -> bool:
+        """Whether both lie in one plane."""
+        same_slope = np.abs(self.slope - other.slope).max() <= COPLANAR
+        return bool(same_slope and abs(self.height - other.height) <= COPLANAR)
+
+
+def plane_through(point: Array, slope: Array) -> float:
+    """Height over the origin of the plane of a slope (2,) through a point (3,), m."""
+    return float(point[2] - slope @ point[:2])
+
+
+def square(height: float, friction: float) -> Facet:
+    """The horizontal plane that all parts lie on."""
+    corners = FAR * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    return Facet(corners, height, np.zeros(2), friction)
+
+
+def visible(facets: Sequence[Facet]) -> tuple[Facet, ...]:
+    """The pieces of facets that later ones leave: they tile what the facets cover, without overlap."""
+    result: list[Facet] = []
+    for k, facet in enumerate(facets):
+        pieces = [facet.polygon]
+        for later in facets[k + 1 :]:
+            pieces = [rest for piece in pieces for rest in subtract(piece, later.polygon)]
+        result += [replace(facet, polygon=piece) for piece in pieces]
+    return tuple(result)

@@ -1,0 +1,348 @@
+"""Where a wheel can roll and stand: not too steep, one contact below it, away from edges.
+
+There are two kinds of ground and one interface: `PlanarRegions` reckons exactly with the borders of planes,
+`RasterRegions` marks the cells of a map. `regions_of` chooses.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Final, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from rollgait.terrain.convex_region import EVERY, REACH, SIDES, ConvexRegion, Obstacles, grow
+from rollgait.terrain.edges import Border, borders, components, hard_edges
+from rollgait.terrain.height_map import HeightMap
+from rollgait.terrain.local_model import LocalModel, fit, pattern
+from rollgait.terrain.polygons import Array, nearest_on_segments
+from rollgait.terrain.terrain import Terrain
+from rollgait.terrain.wheel_surface import WheelSurface
+
+FRICTION_SHARE: Final = 0.85
+"""Steepest slope as a share of μ: what is left is for driving and for what was measured wrongly."""
+MARGIN: Final = 0.03
+"""Distance from edges, m: what a robot that executes a plan misses its footholds by, and a little more."""
+LIFT_MAX: Final = 5.0e-3
+"""By how much something else may lift a wheel off what is below it on a map, m: more is an edge."""
+
+
+Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+@dataclass(frozen=True, eq=False)
+class Regions(ABC):
+    """Where one wheel can be.
+
+    Attributes:
+        surface: of the lowest point of its rim.
+        margin: distance from edges, m.
+    """
+
+    surface: WheelSurface
+    margin: float = MARGIN
+
+    @property
+    def terrain(self) -> Terrain:
+        """The raw ground."""
+        return self.surface.terrain
+
+    @abstractmethod
+    def label(self, points: Array) -> NDArray[np.intp]:
+        """The region of each point (n, 2), −1 where no foot goes: equal where a wheel can roll between."""
+
+    @abstractmethod
+    def rollable(self, points: Array) -> NDArray[np.bool_]:
+        """Which points (n, 2) a wheel can stand on, without the margin from edges."""
+
+    @property
+    @abstractmethod
+    def obstacles(self) -> Obstacles:
+        """What the lowest point of the rim keeps away from, clearances with the margin."""
+
+    @abstractmethod
+    def _same_side(self, ref: Array, points: Array) -> NDArray[np.bool_]:
+        """Which points (n, 2) lie on the same side of all edges as `ref`."""
+
+    def free(self, points: Array) -> NDArray[np.bool_]:
+        """Which points (n, 2) a foot may go to."""
+        return np.asarray(self.label(points) >= 0)
+
+    def box(
+        self, path: Array, heading: float = 0.0, reach: float = REACH, sides: int = SIDES
+    ) -> ConvexRegion | None:
+        """A convex region about the places of a stance; None if there is none with the margin.
+
+        Args:
+            path: places, (n, 2), m: all in one region.
+            heading: direction of its window, rad.
+            reach: how far it goes beyond the path, m.
+            sides: most half-planes.
+        """
+        labels = self.label(path)
+        if labels[0] < 0 or (labels != labels[0]).any():
+            return None
+        return grow(self.obstacles.of(int(labels[0])), path, heading, reach, sides)
+
+    def boxes(
+        self, path: Array, headings: Array, reach: float = REACH, sides: int = SIDES
+    ) -> list[ConvexRegion | None]:
+        """Convex regions for the intervals between n places: one for all where that goes, else one for each.
+
+        Args:
+            path: places at the ends of the intervals, (n, 2) with n ≥ 2, m.
+            headings: direction of the window in each interval, (n − 1,), rad.
+            reach: as in `box`.
+            sides: as in `box`.
+
+        Returns:
+            n − 1 regions; None for an interval that none covers.
+        """
+        whole = self.box(path, float(headings[0]), reach, sides)
+        if whole is not None:
+            return [whole] * (len(path) - 1)
+        return [self.box(path[k : k + 2], float(heading), reach, sides) for k, heading in enumerate(headings)]
+
+    def local_model(self, ref: Array, heading: float = 0.0) -> LocalModel:
+        """The surface of the lowest rim point about a place, from its own side of all edges.
+
+        Exactly the plane where all around lies in one plane, else moving least squares.
+
+        Args:
+            ref: place, (2,), m; should be rollable.
+            heading: turns the pattern of samples, rad.
+        """
+        place = np.asarray(ref, dtype=float)
+        points = place + pattern(heading)
+        used = self._same_side(place, points)
+        touch = self.surface.touch(points[used])
+        known = ~np.isnan(touch.height)
+        if not known.any():
+            return LocalModel.plane(place, float("nan"), np.full(2, np.nan))
+        numbers = np.unique(np.where(touch.face, touch.plane, -1)[known])
+        if numbers[0] >= 0:
+            planes = [self.terrain.planes[number] for number in numbers]
+            if all(planes[0].coplanar(plane) for plane in planes):
+                lifted = self.surface.radius * (np.sqrt(1.0 + planes[0].slope @ planes[0].slope) - 1.0)
+                return LocalModel.plane(place, float(planes[0].z(place) + lifted), planes[0].slope)
+        return fit(place, points[used][known], touch.height[known])
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarRegions(Regions):
+    """Regions of ground made of planes alone: exact."""
+
+    def label(self, points: Array) -> NDArray[np.intp]:
+        plane = self._plane(points)
+        labels = np.where(plane >= 0, self._components[plane], -1)
+        return np.where(_clear(self.obstacles, points, labels), labels, -1)
+
+    def rollable(self, points: Array) -> NDArray[np.bool_]:
+        plane = self._plane(points)
+        labels = np.where(plane >= 0, self._components[plane], -1)
+        return np.asarray((labels >= 0) & _clear(self._edges, points, labels))
+
+    @cached_property
+    def obstacles(self) -> Obstacles:
+        return replace(self._edges, clearance=self._edges.clearance + self.margin)
+
+    def _same_side(self, ref: Array, points: Array) -> NDArray[np.bool_]:
+        wall = self._edges
+        used = self.rollable(points)
+        if len(wall.begin):
+            used &= ~_crosses(ref, points, wall)
+        return used
+
+    def _plane(self, points: Array) -> NDArray[np.intp]:
+        """Number of the plane at each point."""
+        result = np.full(len(points), -1, dtype=np.intp)
+        for number, plane in enumerate(self.terrain.planes):
+            result[plane.contains(points)] = number
+        return result
+
+    @cached_property
+    def _standable(self) -> NDArray[np.bool_]:
+        return np.array(
+            [np.linalg.norm(plane.slope) <= FRICTION_SHARE * plane.friction for plane in self.terrain.planes]
+        )
+
+    @cached_property
+    def _borders(self) -> tuple[Border, ...]:
+        return tuple(borders(self.terrain.planes))
+
+    @cached_property
+    def _components(self) -> NDArray[np.intp]:
+        return components(len(self.terrain.planes), self._borders, self._standable)
+
+    @cached_property
+    def _edges(self) -> Obstacles:
+        return hard_edges(self.terrain, self._borders, self._components, self.surface.radius)
+
+
+@dataclass(frozen=True, eq=False)
+class RasterRegions(Regions):
+    """Regions of ground with a map: cells of the grid on which the map was dilated."""
+
+    def label(self, points: Array) -> NDArray[np.intp]:
+        return self._lookup(self._labels, points, -1)
+
+    def rollable(self, points: Array) -> NDArray[np.bool_]:
+        return self._lookup(self._rollable, points, 0)
+
+    @cached_property
+    def obstacles(self) -> Obstacles:
+        """The cells at the rim of what is not rollable."""
+        wall = ~self._rollable
+        rim = wall & ndimage.binary_dilation(self._rollable, structure=np.ones((3, 3)))
+        places = self._grid.nodes()[rim]
+        both = np.zeros_like(places)
+        every = np.full(len(places), EVERY, dtype=np.intp)
+        return Obstacles(places, places, both, np.full(len(places), self._kept), every)
+
+    @property
+    def rollable_cells(self) -> tuple[HeightMap, NDArray[np.bool_], NDArray[np.intp]]:
+        """The grid, which of its cells are rollable, and the labels of those that keep the margin."""
+        return self._grid, self._rollable, self._labels
+
+    def _same_side(self, ref: Array, points: Array) -> NDArray[np.bool_]:
+        """Those reached from `ref` over rollable cells within the pattern itself, not around an edge."""
+        place = self._cells(np.vstack([ref[None], points]))
+        low, high = place.min(axis=0) - 1, place.max(axis=0) + 1
+        low, high = np.maximum(low, 0), np.minimum(high, np.array(self._rollable.shape) - 1)
+        cells = self._inside if self._inside[tuple(place[0].clip(0, high))] else self._rollable
+        labels, _ = ndimage.label(cells[low[0] : high[0] + 1, low[1] : high[1] + 1])
+        inside = np.clip(place - low, 0, np.array(labels.shape) - 1)
+        found = labels[inside[:, 0], inside[:, 1]]
+        return np.asarray((found[1:] == found[0]) & (found[0] > 0) & self.rollable(points))
+
+    @property
+    def _kept(self) -> float:
+        """Distance from cells that are not rollable, m: an edge may lie anywhere in the cell beside them."""
+        return self.margin + self._grid.resolution
+
+    @property
+    def _grid(self) -> HeightMap:
+        grid = self.surface.grid
+        assert grid is not None, "RasterRegions are for ground with a map"
+        return grid
+
+    def _cells(self, points: Array) -> NDArray[np.intp]:
+        place = np.round(self._grid.to_local(points) / self._grid.resolution)
+        return place.astype(np.intp)
+
+    def _lookup(self, values: NDArray[Scalar], points: Array, outside: int) -> NDArray[Scalar]:
+        cells = self._cells(np.nan_to_num(points, nan=1e9, posinf=1e9, neginf=-1e9))
+        inside = ((cells >= 0) & (cells < values.shape)).all(axis=1)
+        result = np.full(len(points), outside, dtype=values.dtype)
+        result[inside] = values[cells[inside, 0], cells[inside, 1]]
+        return result
+
+    @cached_property
+    def _rollable(self) -> NDArray[np.bool_]:
+        """Known, not too steep, and nothing lifts the wheel off what is below it.
+
+        On a slope a wheel stands R (√(1 + g²) − 1) over the ground below its lowest point. What it stands
+        higher comes from something else that it touches: the edge of a step, the far side of a gap.
+        """
+        grid, shape = self._grid, self._grid.values.shape
+        nodes = grid.nodes().reshape(-1, 2)
+        raw = self.terrain.height(*nodes.T).reshape(shape)
+        total = self.surface.touch(nodes).height.reshape(shape)
+        steepness = _steepness(total, grid.resolution)
+        mu = self.terrain.friction_at(*nodes.T).reshape(shape)
+        lift = total - raw - self.surface.radius * (np.sqrt(1.0 + steepness**2) - 1.0)
+        with np.errstate(invalid="ignore"):
+            good = (steepness <= FRICTION_SHARE * mu) & (lift <= LIFT_MAX)
+            jumps = _steepness(raw, grid.resolution, largest=True)
+            good &= ~(jumps * grid.resolution > LIFT_MAX + FRICTION_SHARE * mu * grid.resolution)
+        return np.asarray(good)
+
+    @cached_property
+    def _inside(self) -> NDArray[np.bool_]:
+        """Rollable cells between rollable ones: at the rim an edge has lifted the wheel a little already."""
+        return np.asarray(ndimage.binary_erosion(self._rollable, structure=np.ones((3, 3))))
+
+    @cached_property
+    def _labels(self) -> NDArray[np.intp]:
+        """Components of what keeps the margin; beyond the border of the map lies what is not known."""
+        padded = np.pad(self._rollable, 1)
+        distance = self._grid.resolution * ndimage.distance_transform_edt(padded)[1:-1, 1:-1]
+        kept = distance >= self._kept
+        labels, _ = ndimage.label(kept, structure=np.ones((3, 3)))
+        return np.asarray(labels - 1, dtype=np.intp)
+
+
+def regions_of(
+    terrain: Terrain,
+    radius: float,
+    margin: float = MARGIN,
+    window: tuple[tuple[float, float], tuple[float, float]] | None = None,
+) -> Regions:
+    """The regions of a wheel, or of a point foot, on some ground.
+
+    Args:
+        terrain: the ground.
+        radius: of the wheel, or of the ball of a point foot, m.
+        margin: distance from edges, m.
+        window: smallest and largest (x, y) of the part of a map that is needed, m.
+    """
+    surface = WheelSurface(terrain, radius, window)
+    return PlanarRegions(surface, margin) if surface.grid is None else RasterRegions(surface, margin)
+
+
+def arcs(labels: Sequence[int]) -> list[tuple[int, int, int]]:
+    """Runs of equal labels along a track that are in a region: (label, first, last) place of each."""
+    result: list[tuple[int, int, int]] = []
+    for k, label in enumerate(labels):
+        if label < 0:
+            continue
+        if result and result[-1][0] == label and result[-1][2] == k - 1:
+            result[-1] = (label, result[-1][1], k)
+        else:
+            result.append((label, k, k))
+    return result
+
+
+def _clear(obstacles: Obstacles, points: Array, labels: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Which points, each in a region, keep all clearances that count there."""
+    result = np.ones(len(points), dtype=bool)
+    o = obstacles
+    for begin, end, side, clearance, region in zip(
+        o.begin, o.end, o.side, o.clearance, o.region, strict=True
+    ):
+        nearest = nearest_on_segments(points, begin[None], end[None])[:, 0]
+        too_near = np.linalg.norm(points - nearest, axis=1) < clearance - 1e-9
+        result &= ~(too_near & (labels == region) & ((points - begin) @ side >= -1e-9))
+    return result
+
+
+def _crosses(ref: Array, points: Array, wall: Obstacles) -> NDArray[np.bool_]:
+    """Which straight ways from `ref` to points cross a segment."""
+    a, b = wall.begin[None], wall.end[None]
+    c, d = ref[None, None], points[:, None]
+
+    def side(p: Array, q: Array, r: Array) -> Array:
+        return np.asarray(
+            (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1])
+            - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
+        )
+
+    crossing = (side(a, b, c) * side(a, b, d) <= 0.0) & (side(c, d, a) * side(c, d, b) <= 0.0)
+    return np.asarray(crossing.any(axis=1))
+
+
+def _steepness(heights: Array, resolution: float, largest: bool = False) -> Array:
+    """Rise over run at each node, by central differences; or the largest to any of its four neighbours."""
+    padded = np.pad(heights, 1, mode="edge")
+    forward_x = (padded[2:, 1:-1] - heights) / resolution
+    backward_x = (heights - padded[:-2, 1:-1]) / resolution
+    forward_y = (padded[1:-1, 2:] - heights) / resolution
+    backward_y = (heights - padded[1:-1, :-2]) / resolution
+    if largest:
+        return np.asarray(np.abs([forward_x, backward_x, forward_y, backward_y]).max(axis=0))
+    return np.asarray(np.hypot(0.5 * (forward_x + backward_x), 0.5 * (forward_y + backward_y)))

@@ -1,0 +1,69 @@
+"""A map of ground from above: its height, its edges, and where a wheel can roll and stand."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from rollgait.terrain.edges import borders
+from rollgait.terrain.regions import Regions
+from rollgait.view.style import MARK_COLOUR, Style
+
+CELLS: Final = 400
+"""Cells along the longer side of the picture."""
+REGION_COLOURS: Final = ("#0072B2", "#009E73", "#E69F00", "#CC79A7", "#56B4E9", "#D55E00")
+"""Of the regions in turn: those of the legs' palette, which all can tell apart."""
+SHADE: Final = 0.45
+"""Opacity of the regions over the height."""
+Window = tuple[tuple[float, float], tuple[float, float]]
+
+
+def draw_ground(picture: Figure, regions: Regions, window: Window, style: Style) -> None:
+    """Draws the ground in a window with the regions of a wheel.
+
+    Grey is the height, a colour a region that can be rolled and stood on; what has no colour is too near to
+    an edge or too steep, what is hatched is not known.
+
+    Args:
+        picture: where to; gets its size.
+        regions: of a wheel.
+        window: smallest and largest (x, y), m.
+        style: sizes.
+    """
+    (x0, y0), (x1, y1) = window
+    step = max(x1 - x0, y1 - y0) / CELLS
+    x, y = np.arange(x0 + 0.5 * step, x1, step), np.arange(y0 + 0.5 * step, y1, step)
+    points = np.stack(np.meshgrid(x, y), axis=-1)
+    height = regions.terrain.height(points[..., 0], points[..., 1])
+    labels = regions.label(points.reshape(-1, 2)).reshape(height.shape)
+    place: dict[str, Any] = {"extent": (x0, x1, y0, y1), "origin": "lower", "interpolation": "nearest"}
+
+    picture.set_size_inches(style.width, style.width * min(max((y1 - y0) / (x1 - x0), 0.3), 1.2) + 0.6)
+    axes = picture.subplots()
+    axes.grid(visible=False)
+    relief = axes.imshow(height, cmap="gray", **place)
+    axes.contourf(x, y, np.isnan(height), levels=[0.5, 1.5], colors="none", hatches=["////"])
+    colours = ListedColormap(REGION_COLOURS)
+    shown = np.ma.masked_less(labels, 0)
+    axes.imshow(
+        np.ma.mod(shown, len(REGION_COLOURS)), cmap=colours, vmin=-0.5, vmax=5.5, alpha=SHADE, **place
+    )
+    planes = regions.terrain.planes
+    for border in borders(planes):
+        if not planes[border.own].coplanar(planes[border.other]):  # else a seam within a plane
+            ends = np.array([border.begin, border.end])
+            axes.plot(*ends.T, color="black", linewidth=0.4 * style.line)
+    axes.set(xlim=(x0, x1), ylim=(y0, y1), xlabel="x (m)", ylabel="y (m)", aspect="equal")
+    picture.colorbar(relief, ax=axes, label="height (m)")
+    radius = regions.surface.radius
+    marks = [
+        Patch(color=REGION_COLOURS[0], alpha=SHADE, label=f"region of a wheel of radius {radius:g} m"),
+        Patch(facecolor="none", edgecolor="black", hatch="////", label="not known"),
+    ]
+    picture.legend(handles=marks, loc="outside upper center", ncols=2)
+    if not (labels >= 0).any():
+        axes.set_title("nowhere to stand", color=MARK_COLOUR)
