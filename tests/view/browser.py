@@ -41,11 +41,11 @@ needs_chromium = pytest.mark.skipif(
 
 
 @contextmanager
-def browser(profile: Path) -> Iterator[Any]:
-    """A browser with an empty profile."""
+def browser(profile: Path, *flags: str) -> Iterator[Any]:
+    """A browser with an empty profile, and with some more flags."""
     with sync_api.sync_playwright() as playwright:
         context = playwright.chromium.launch_persistent_context(
-            str(profile), executable_path=CHROMIUM, args=FLAGS, headless=True, viewport=SIZE
+            str(profile), executable_path=CHROMIUM, args=[*FLAGS, *flags], headless=True, viewport=SIZE
         )
         context.set_default_timeout(PATIENCE)
         try:

@@ -25,22 +25,34 @@ STATE_SUPPORT = np.concatenate([[0.0], gauss_points(STATE_POINTS)])
 HEIGHT_SUPPORT = np.concatenate([[0.0], gauss_points(HEIGHT_POINTS)])
 
 
-def motion_plan(scenario: Scenario, robot: Robot | None = None, *, solved: bool = True) -> Plan:
-    """A plan that moves from start to goal and back if the goal switches; `robot`: other feet than asked."""
-    body, schedule = robot or scenario.body, scenario.schedule
-    h, count = schedule.interval, schedule.intervals
-    times = (np.arange(count)[:, None] + STATE_SUPPORT) * h
-    base, base_rate = _base(scenario, body, times)
-    foot_xy, heading, motion = _feet(scenario, body)
+def motion_plan(
+    scenario: Scenario,
+    robot: Robot | None = None,
+    *,
+    schedule: ContactSchedule | None = None,
+    solved: bool = True,
+) -> Plan:
+    """A plan that moves from start to goal and back if the goal switches.
+
+    Args:
+        scenario: what is asked.
+        robot: with other feet than asked.
+        schedule: on another mesh than asked.
+        solved: what the plan says of itself.
+    """
+    body, schedule = robot or scenario.body, schedule or scenario.schedule
+    times = schedule.node_times[:-1, None] + np.outer(schedule.lengths, STATE_SUPPORT)
+    base, base_rate = _base(scenario, body, schedule, times)
+    foot_xy, heading, motion = _feet(scenario, body, schedule)
     trajectory = CollocationTrajectory(
         contact=schedule.contact.T.copy(),
-        interval=np.array(h),
+        lengths=schedule.lengths,
         base=base,
         base_rate=base_rate,
         foot_xy=foot_xy,
         heading=heading,
-        foot_z=_heights(scenario),
-        force=_forces(scenario, body, foot_xy),
+        foot_z=_heights(scenario, schedule),
+        force=_forces(scenario, body, schedule, foot_xy),
         motion=motion,
     )
     statistics = Statistics(
@@ -49,8 +61,7 @@ def motion_plan(scenario: Scenario, robot: Robot | None = None, *, solved: bool 
         solved=solved,
         status="built" if solved else "stopped",
         iterations=7,
-        build_time=0.125,
-        solve_time=0.5,
+        seconds={"build": 0.125, "solve": 0.5},
         cost=1.0 / 3.0,
         costs={"acc": 0.1, "goal": 1.0 / 3.0 - 0.1},
         worst="" if solved else "friction of FL at 1.2 s",
@@ -77,11 +88,11 @@ def _path(scenario: Scenario, times: Array) -> tuple[Array, Array]:
     return pose, rate
 
 
-def _base(scenario: Scenario, robot: Robot, times: Array) -> tuple[Array, Array]:
+def _base(scenario: Scenario, robot: Robot, schedule: ContactSchedule, times: Array) -> tuple[Array, Array]:
     """Pose and rate of the base at `times` (…): along the path, and away from the foot that is in the air."""
     pose, rate = _path(scenario, times)
-    for swing in scenario.schedule.swings():
-        begin, end = (edge * scenario.schedule.interval for edge in (swing.lift_off, swing.touch_down))
+    for swing in schedule.swings():
+        begin, end = schedule.node_times[[swing.lift_off, swing.touch_down]]
         inside, length = (times >= begin) & (times <= end), end - begin
         phase = np.pi * (times - begin) / length
         away = -SWAY * robot.stance[swing.leg, :2] / np.linalg.norm(robot.stance[swing.leg, :2])
@@ -92,11 +103,9 @@ def _base(scenario: Scenario, robot: Robot, times: Array) -> tuple[Array, Array]
     return pose, rate
 
 
-def _feet(scenario: Scenario, robot: Robot) -> tuple[Array, Array, Array]:
+def _feet(scenario: Scenario, robot: Robot, schedule: ContactSchedule) -> tuple[Array, Array, Array]:
     """Contact points (N, 4, 4, 2), headings (N, 4, 4) and inputs (N, 4, 2): the feet go with the base."""
-    schedule = scenario.schedule
-    h, count = schedule.interval, schedule.intervals
-    nodes = schedule.node_times
+    count, nodes = schedule.intervals, schedule.node_times
     pose, _ = _path(scenario, nodes)
     target = pose[:, None, :2] + _turned(robot.stance[:, :2], pose[:, None, 3])
     foot_xy, heading = np.zeros((count, 4, FEET, 2)), np.zeros((count, 4, FEET))
@@ -104,10 +113,10 @@ def _feet(scenario: Scenario, robot: Robot) -> tuple[Array, Array, Array]:
     for leg, data in enumerate(robot.leg_list):
         at = target[0, leg]
         sigma = pose[0, 3] + scenario.start_headings()[leg]
-        for k in range(count):
+        for k, h in enumerate(schedule.lengths):
             ahead = _horizon_of_foot(schedule, leg, k)
             way = target[ahead, leg] - at
-            wish = way / (ahead - k) / h
+            wish = way / (nodes[ahead] - nodes[k])
             if data.foot == "point":
                 motion[k, leg] = 0.0 if schedule.contact[leg, k] else wish
                 foot_xy[k, :, leg] = at + np.outer(STATE_SUPPORT * h, motion[k, leg])
@@ -155,26 +164,22 @@ def _turned(vectors: Array, angle: Array | float) -> Array:
     )
 
 
-def _heights(scenario: Scenario) -> Array:
+def _heights(scenario: Scenario, schedule: ContactSchedule) -> Array:
     """(N, 3, 4): a smooth arc of the asked clearance in each swing."""
-    schedule = scenario.schedule
     z = np.full((schedule.intervals, 3, FEET), scenario.ground.height)
-    nodes = np.arange(schedule.intervals)[:, None] + HEIGHT_SUPPORT
+    times = schedule.node_times[:-1, None] + np.outer(schedule.lengths, HEIGHT_SUPPORT)
     for swing in schedule.swings():
-        s = (nodes[swing.lift_off : swing.touch_down] - swing.lift_off) / (swing.touch_down - swing.lift_off)
-        z[swing.lift_off : swing.touch_down, :, swing.leg] += (
-            scenario.gait.clearance * 16 * (s * (1 - s)) ** 2
-        )
+        lift_off, touch_down = schedule.node_times[[swing.lift_off, swing.touch_down]]
+        s = (times[swing.lift_off : swing.touch_down] - lift_off) / (touch_down - lift_off)
+        z[swing.lift_off : swing.touch_down, :, swing.leg] += scenario.clearance * 16 * (s * (1 - s)) ** 2
     return z
 
 
-def _forces(scenario: Scenario, robot: Robot, foot_xy: Array) -> Array:
+def _forces(scenario: Scenario, robot: Robot, schedule: ContactSchedule, foot_xy: Array) -> Array:
     """(N, 4, 3): normal forces that carry the weight, and the share of the acceleration of the CoM."""
-    schedule = scenario.schedule
-    middle = schedule.node_times[:-1] + 0.5 * schedule.interval
-    pose, _ = _base(scenario, robot, middle)
-    _, rate = _base(scenario, robot, schedule.node_times)
-    acceleration = np.diff(rate[:, :2], axis=0) / schedule.interval
+    pose, _ = _base(scenario, robot, schedule, schedule.mesh.middles)
+    _, rate = _base(scenario, robot, schedule, schedule.node_times)
+    acceleration = np.diff(rate[:, :2], axis=0) / schedule.lengths[:, None]
     force = np.zeros((schedule.intervals, FEET, 3))
     for k in range(schedule.intervals):
         stance = np.flatnonzero(schedule.contact[:, k])

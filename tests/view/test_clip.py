@@ -13,11 +13,12 @@ from rollgait.cli.app import run
 from rollgait.errors import FileError
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.scenario import find_scenario
-from rollgait.view.clip import clip_of_joints, clip_of_log, clip_of_plan, frame_times, open_clip
+from rollgait.view.clip import clip_of_joints, clip_of_log, clip_of_plan, frame_times
 from rollgait.view.kinematics import link_poses
 from rollgait.view.margins import friction_use, support_margin
 from rollgait.view.marks import MOST
 from rollgait.view.meshes import simplified
+from rollgait.view.opening import open_clip
 from rollgait.view.paths import TOLERANCE, segments_of
 from rollgait.view.plots import cursor, draw, plots_of
 from rollgait.view.shapes import ball, cylinder, prism, revolved, rim, tyre

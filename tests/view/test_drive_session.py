@@ -10,7 +10,7 @@ from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.plants.rigid import RigidPlant
 from rollgait.mpc.setup import make_loop
 from rollgait.robot.library import find_robot
-from rollgait.view.driving.messages import Push, Request, Snapshot
+from rollgait.view.driving.messages import PushRequest, Request, Snapshot
 from rollgait.view.driving.session import SILENCE_MAX, Session
 
 FORWARD = Request(VelocityCommand(forward=0.3, gait="drive"))
@@ -74,7 +74,7 @@ def test_another_gait_comes_with_the_next_request(session: Session) -> None:
 
 
 def test_a_push_is_felt_and_seen_while_it_lasts(session: Session) -> None:
-    session.handle(replace(STILL, pushes=(Push((0.0, 100.0, 0.0), 0.05),)))
+    session.handle(replace(STILL, pushes=(PushRequest((0.0, 100.0, 0.0), 0.05),)))
     assert after(session, 3).pushed == pytest.approx([0.0, 100.0, 0.0])
     pushed = after(session, 3)
     assert pushed.pushed == pytest.approx(np.zeros(3))
@@ -93,7 +93,7 @@ def test_a_pull_lasts_until_it_is_taken_back_or_nobody_asks(session: Session, cl
 def test_a_robot_that_fell_lies_until_the_reset(clock: Clock) -> None:
     robot = find_robot("centauro")
     session = Session(lambda: make_loop(robot, RigidPlant(robot)), clock)
-    session.handle(replace(STILL, pushes=(Push((0.0, 20_000.0, 0.0), 0.5),)))
+    session.handle(replace(STILL, pushes=(PushRequest((0.0, 20_000.0, 0.0), 0.5),)))
     for _ in range(300):
         session.step()
         if session.loop.plant.fallen:

@@ -164,7 +164,18 @@ def test_bars_and_gaps_of_the_gait_fill_the_horizon() -> None:
     assert [text.get_text() for text in axes.get_yticklabels()] == list(LEG_NAMES)
     for leg, bars in enumerate(axes.collections):
         stance = sum(np.ptp(path.vertices[:, 0]) for path in bars.get_paths())
-        assert stance == pytest.approx(plan.schedule.contact[leg].sum() * plan.schedule.interval)
+        assert stance == pytest.approx(plan.schedule.contact[leg] @ plan.schedule.lengths)
+
+
+def test_on_an_unequal_mesh_lines_have_a_point_at_every_node() -> None:
+    asked = find_scenario("hybrid-goback")
+    plan = motion_plan(asked, schedule=asked.schedule.refined([3, 14, 15, 60], 3))
+    s = dense_samples(plan)
+    nodes = plan.schedule.node_times
+    assert np.abs(s.time[:, None] - nodes).min(axis=0).max() < 1e-9
+    assert np.all(np.diff(s.time) > 0.0)
+    even = sorted(swing_times(motion_plan(asked)))
+    np.testing.assert_allclose(sorted(swing_times(plan)), even, atol=1e-9)
 
 
 def test_point_feet_have_no_headings() -> None:

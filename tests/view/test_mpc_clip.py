@@ -12,9 +12,9 @@ import rollgait as rg
 from rollgait.mpc.log import MpcLog
 from rollgait.mpc.plants.rigid import RigidPlant
 from rollgait.mpc.prediction import Event
-from rollgait.mpc.stance import standing_control
-from rollgait.view.clip import open_clip
+from rollgait.plant.stance import standing_control
 from rollgait.view.mpc_clip import clip_of_mpc
+from rollgait.view.opening import open_clip
 
 COUNT, PERIOD = 101, 0.01
 

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.archive import kind_of
-from rollgait.mpc.log import FORMAT as MPC_LOG
-from rollgait.mpc.log import MpcLog
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array, Samples
 from rollgait.robot.robot import Robot
@@ -22,6 +18,8 @@ from rollgait.view.marks import Mark, marks_of_joints, marks_of_log, marks_of_pl
 
 FRAME_RATE: Final = 30.0
 """Frames per second of the viewer and of recordings."""
+FRAMES_MAX: Final = 108_000
+"""Frames of an hour; what lasts longer has fewer of them per second."""
 FRICTION: Final = 0.5
 """Coefficient of friction where the file does not say it."""
 
@@ -44,7 +42,7 @@ class Joints:
 
 
 @dataclass(frozen=True)
-class Goal:
+class ShownGoal:
     """A goal and from when on it holds.
 
     Attributes:
@@ -81,7 +79,7 @@ class Clip:
     samples: Samples
     ground: float
     friction: float
-    goals: tuple[Goal, ...]
+    goals: tuple[ShownGoal, ...]
     marks: tuple[Mark, ...]
     verdict: str
     passed: bool
@@ -133,7 +131,7 @@ def clip_of_plan(plan: Plan, name: str) -> Clip:
         samples=plan.sample(frame_times(plan.horizon)),
         ground=scenario.ground.height,
         friction=scenario.ground.friction,
-        goals=tuple(Goal(begin, pose) for begin, pose in zip(begins, poses, strict=True)),
+        goals=tuple(ShownGoal(begin, pose) for begin, pose in zip(begins, poses, strict=True)),
         marks=marks_of_plan(plan),
         verdict=verdict,
         passed=plan.solved and certificate.passed,
@@ -184,34 +182,14 @@ def clip_of_log(log: SimulationLog, name: str) -> Clip:
     )
 
 
-def _end(com_position: Array, euler: Array) -> Goal:
+def _end(com_position: Array, euler: Array) -> ShownGoal:
     """Where the plan that was followed ends: the goal itself is not in the file."""
-    return Goal(0.0, np.concatenate([com_position[-1], euler[-1]]))
-
-
-def open_clip(path: str | Path) -> Clip:
-    """The clip in a file: a plan, joints, or a log of physics or of the controller. Runs no code of it.
-
-    Raises:
-        FileError: the file is missing, is none of these, or has a version that is not known here.
-    """
-    file = Path(path)
-    name = file.name.removesuffix(".npz")
-    kind = kind_of(file, "is neither a plan nor a joint trajectory nor a log that rollgait saved")
-    if kind == "rollgait-joints":
-        return clip_of_joints(JointTrajectory.load(file), name)
-    if kind == "rollgait-simulation":
-        return clip_of_log(SimulationLog.load(file), name)
-    if kind == MPC_LOG:
-        from rollgait.view.mpc_clip import clip_of_mpc
-
-        return clip_of_mpc(MpcLog.load(file), name)
-    return clip_of_plan(Plan.load(file), name)
+    return ShownGoal(0.0, np.concatenate([com_position[-1], euler[-1]]))
 
 
 def frame_times(horizon: float) -> Array:
-    """Times of the frames, both ends included, as near to `FRAME_RATE` as fits, (n,), s."""
-    return np.linspace(0.0, horizon, max(2, round(horizon * FRAME_RATE) + 1))
+    """Times of the frames, both ends included, as near to `FRAME_RATE` as fits, (n ≤ FRAMES_MAX,), s."""
+    return np.linspace(0.0, horizon, 1 + round(min(max(1.0, horizon * FRAME_RATE), FRAMES_MAX - 1)))
 
 
 def _nearest(time: Array, wanted: Array) -> NDArray[np.intp]:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rollgait.plan.samples import Array, Samples
+from rollgait.robot.urdf_feet import FootShape, measure_foot
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.robot.whole_body import find_whole_body
 from rollgait.simulation.log import SimulationLog
@@ -22,17 +23,18 @@ def samples_of_log(log: SimulationLog, index: NDArray[np.intp], times: Array) ->
     Velocities are differences of neighbouring frames, headings those of the wheels' axles.
     """
     body = find_whole_body(log.robot)
+    urdf = read_urdf(body.urdf)
     poses = link_poses(
-        read_urdf(body.urdf),
+        urdf,
         log.joint_names,
         log.joint_position[index],
         log.base_position[index],
         log.base_quaternion[index],
     )
     foot, heading = np.zeros((len(times), 4, 3)), np.zeros((len(times), 4))
-    for leg, ((_, joints), data) in enumerate(zip(body.leg_list(), log.robot.leg_list, strict=True)):
-        radius = joints.radius if joints.radius is not None else data.wheel_radius or 0.0
-        foot[:, leg], heading[:, leg] = _contact_point(poses[joints.frame], radius, data.wheel_radius is None)
+    for leg, (name, joints) in enumerate(body.leg_list()):
+        shape = measure_foot(urdf, f"legs.{name}", joints)
+        foot[:, leg], heading[:, leg] = _contact_point(poses[joints.frame], shape)
     com, euler = log.com_position[index], euler_of(log.base_quaternion[index])
     heading = np.unwrap(heading, period=np.pi, axis=0)
     heading -= np.pi * np.round((heading[0] - euler[0, 0]) / np.pi)  # an axle has no front: take the base's
@@ -63,12 +65,13 @@ def euler_of(xyzw: Array) -> Array:
     return np.unwrap(Rotation.from_quat(xyzw).as_euler("ZYX"), axis=0)
 
 
-def _contact_point(pose: Poses, radius: float, point: bool) -> tuple[Array, Array]:
+def _contact_point(pose: Poses, shape: FootShape) -> tuple[Array, Array]:
     """Lowest point of the rim (or ball), (n, 3), and the heading of the wheel, (n,)."""
+    centre = pose.p + pose.R @ shape.centre
     down = np.broadcast_to([0.0, 0.0, -1.0], pose.p.shape)
-    if point:
-        return pose.p + radius * down, np.zeros(len(pose.p))
-    axle = pose.R[:, :, 1] if abs(pose.R[0, 2, 1]) < abs(pose.R[0, 2, 2]) else pose.R[:, :, 2]
+    if not shape.axle.any():
+        return centre + shape.radius * down, np.zeros(len(pose.p))
+    axle = pose.R @ shape.axle
     radial = down - (down * axle).sum(axis=-1, keepdims=True) * axle
     radial /= np.linalg.norm(radial, axis=-1, keepdims=True)
-    return pose.p + radius * radial, np.arctan2(-axle[:, 0], axle[:, 1])
+    return centre + shape.radius * radial, np.arctan2(-axle[:, 0], axle[:, 1])

@@ -99,8 +99,8 @@ def _shapes_of(urdf: Urdf, link: ET.Element) -> Iterator[shapes.Shape]:
 def _geometry(urdf: Urdf, geometry: ET.Element) -> shapes.Shape | None:
     for element in geometry:
         if element.tag == "mesh":
-            vertices, faces = _mesh(urdf.find_mesh(element.get("filename", "")), tuple(_scale(element)))
-            return vertices, faces
+            file = urdf.find_mesh(element.get("filename", ""))
+            return None if file is None else _mesh(file, tuple(_scale(element)))
         if element.tag == "sphere":
             vertices, faces = shapes.ball()
             return vertices * float(element.get("radius", "0")), faces

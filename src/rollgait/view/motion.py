@@ -25,14 +25,16 @@ MAX_SNAPSHOTS = 6
 def dense_samples(plan: Plan) -> Samples:
     """Samples for lines, (n, …): both ends of every interval, so that a jump of an input is drawn upright."""
     inside = np.append(np.linspace(0.0, 1.0, POINTS_PER_INTERVAL)[:-1], 1.0 - BEFORE_THE_BORDER)
-    times = (np.arange(plan.schedule.intervals)[:, None] + inside) * plan.schedule.interval
+    schedule = plan.schedule
+    times = schedule.node_times[:-1, None] + inside * schedule.lengths[:, None]
     return plan.sample(np.append(times.ravel(), plan.horizon))
 
 
 def swing_times(plan: Plan) -> Iterator[tuple[int, float, float]]:
     """(leg, lift-off, touch-down) of all swings, s."""
+    nodes = plan.schedule.node_times
     for swing in plan.schedule.swings():
-        yield swing.leg, swing.lift_off * plan.schedule.interval, swing.touch_down * plan.schedule.interval
+        yield swing.leg, float(nodes[swing.lift_off]), float(nodes[swing.touch_down])
 
 
 def snapshot_times(plan: Plan, begin: float, end: float) -> NDArray[np.float64]:

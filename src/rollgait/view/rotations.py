@@ -38,9 +38,8 @@ def wxyz(R: Array) -> Array:
 def turn_z(angle: Array) -> Array:
     """R (…, 3, 3) of turns about the vertical."""
     angle = np.asarray(angle, dtype=float)
-    c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros_like(angle), np.ones_like(angle)
-    rows = [np.stack(row, axis=-1) for row in ((c, -s, zero), (s, c, zero), (zero, zero, one))]
-    return np.stack(rows, axis=-2)
+    R = Rotation.from_euler("z", angle.ravel()[:, None]).as_matrix()
+    return np.asarray(R.reshape(*angle.shape, 3, 3))
 
 
 def from_z_to(direction: Array) -> Array:

@@ -1,4 +1,4 @@
-"""The web server of the viewer: on the loopback, at exactly the port that was asked for, quiet, and alone."""
+"""The web server of a page: on the loopback, at exactly the port that was asked for, quiet, behind a gate."""
 
 from __future__ import annotations
 
@@ -11,14 +11,32 @@ from typing import Any, Final
 import viser
 
 from rollgait.errors import InputError
+from rollgait.view.gate.access import LOOPBACK, Access, Site
+from rollgait.view.gate.connections import Gate, behind
+from rollgait.view.gate.controls import Controls
 
-LOOPBACK: Final = "127.0.0.1"
+__all__ = ["LOOPBACK", "PORT", "Server", "check_address", "start_server", "stop_server"]
+
 PORT: Final = 8080
 PORT_MAX: Final = 65535
 
 
 class Server(viser.ViserServer):
-    """Viser's server without its share button: nothing here asks the outside for anything."""
+    """Viser's server behind a gate, and without its share button: nothing here asks the outside for anything.
+
+    Args:
+        host: address to listen on.
+        port: to listen on.
+        title: of the page.
+    """
+
+    def __init__(self, host: str, port: int, title: str) -> None:
+        gate = Gate(Access(Site(host, port)))
+        self.url = gate.access.url
+        """The address that lets a browser in; beyond this machine with a token."""
+        with behind(gate):
+            super().__init__(host=host, port=port, label=title, verbose=False)
+        gate.controls = Controls(self.gui)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Refuses: a page must not be able to publish this server."""
@@ -38,7 +56,7 @@ def start_server(host: str, port: int, title: str) -> Server:
     """
     port = check_address(host, port)
     with contextlib.redirect_stdout(io.StringIO()):  # viser prints a table of its addresses
-        server = Server(host=host, port=port, label=title, verbose=False)
+        server = Server(host, port, title)
     if server.get_port() != port:  # taken in between: viser goes on to the next one
         stop_server(server)
         raise _taken(port)

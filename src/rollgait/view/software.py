@@ -147,7 +147,7 @@ def _draw(pieces: list[Piece], camera: Camera, size: tuple[int, int], draw: Imag
         pixels, depth = _project(piece.corners, camera, size)
         seen = (depth > NEAR).all(axis=1)
         means = depth[seen].mean(axis=1)
-        flat = pixels[seen].reshape(len(means), -1).tolist()
+        flat = pixels[seen].reshape(len(means), 2 * piece.corners.shape[1]).tolist()
         colours = map(tuple, piece.colours[seen].tolist())
         widths = (piece.width * scale / means).tolist()
         polygons += zip(means.tolist(), flat, colours, widths, strict=True)

@@ -19,7 +19,7 @@ from rollgait.diagnosis.report import Diagnosis, Reason, Suggestion
 
 
 @dataclass(frozen=True)
-class Progress:
+class SolvingProgress:
     """An iteration of the solver, and what it works at."""
 
     stage: str
@@ -51,7 +51,9 @@ class Solving:
         on_done: is called with the outcome, in a thread.
     """
 
-    def __init__(self, on_progress: Callable[[Progress], None], on_done: Callable[[Outcome], None]) -> None:
+    def __init__(
+        self, on_progress: Callable[[SolvingProgress], None], on_done: Callable[[Outcome], None]
+    ) -> None:
         self._on_progress, self._on_done = on_progress, on_done
         self._process: subprocess.Popen[str] | None = None
         self._folder = TemporaryDirectory(prefix="rollgait-")
@@ -127,8 +129,8 @@ class Solving:
         return Outcome(None, "stopped")
 
 
-def _progress(answer: dict[str, Any]) -> Progress:
-    return Progress(answer["stage"], answer["iteration"], answer["cost"], answer["violation"])
+def _progress(answer: dict[str, Any]) -> SolvingProgress:
+    return SolvingProgress(answer["stage"], answer["iteration"], answer["cost"], answer["violation"])
 
 
 def _outcome(answer: dict[str, Any]) -> Outcome:

@@ -15,16 +15,18 @@ from rollgait.errors import RollgaitError
 from rollgait.plan.plan import Plan
 from rollgait.tracking import JointTrajectory
 from rollgait.view.camera import aim
-from rollgait.view.clip import Clip, clip_of_plan, open_clip
+from rollgait.view.clip import Clip, clip_of_plan
+from rollgait.view.gate.uploads import check_unpacked
 from rollgait.view.layers.layer import GHOST
 from rollgait.view.lights import add_lights, cast_shadows
 from rollgait.view.meshes import whole_body_of
+from rollgait.view.opening import open_clip
 from rollgait.view.panels.judgement import JudgementPanel
 from rollgait.view.panels.motion import Header, LayerPanel, PlotPanel, TimePanel
 from rollgait.view.panels.planning import PlanningPanel
 from rollgait.view.scene import Scene
 from rollgait.view.server import LOOPBACK, PORT, start_server, stop_server
-from rollgait.view.solving import Outcome, Progress, Solving
+from rollgait.view.solving import Outcome, Solving, SolvingProgress
 from rollgait.view.timeline import Timeline
 
 UPLOAD_NAME = "uploaded"
@@ -47,8 +49,9 @@ class Viewer:
 
     def __init__(self, clip: Clip, ghost: Clip | None = None, host: str = LOOPBACK, port: int = PORT) -> None:
         self.server = start_server(host, port, "rollgait")
-        self.url = f"http://{host}:{self.server.get_port()}"
+        self.url = self.server.url
         self._lock = threading.RLock()
+        self._opening = threading.Lock()
         self._count = 0
         self.scene: Scene | None = None
         self.ghost: Scene | None = None
@@ -177,15 +180,25 @@ class Viewer:
     # -- files --
 
     def _uploaded(self, file: Any, ghost: bool) -> None:
-        path = self.planning.new_file()
-        path.write_bytes(file.content)
+        if not self._opening.acquire(blocking=False):
+            self._note.content = "another file is being opened"
+            return
         try:
+            self._open(file, ghost)
+        finally:
+            self._opening.release()
+
+    def _open(self, file: Any, ghost: bool) -> None:
+        path = self.planning.new_file()
+        try:
+            check_unpacked(file.name, file.content)
+            path.write_bytes(file.content)
             clip = open_clip(path)
         except RollgaitError as error:
             self._note.content = _plain(str(error).replace(repr(str(path)), repr(file.name)))
             return
         finally:
-            path.unlink()
+            path.unlink(missing_ok=True)
         clip = _renamed(clip, file.name.removesuffix(".npz") or UPLOAD_NAME)
         self._note.content = ""
         if ghost:
@@ -212,7 +225,7 @@ class Viewer:
         if self.planning.plan(scenario.to_yaml()):
             self.panel.busy()
 
-    def _progressed(self, progress: Progress) -> None:
+    def _progressed(self, progress: SolvingProgress) -> None:
         self.panel.progress(progress)
 
     def _planned(self, outcome: Outcome) -> None:

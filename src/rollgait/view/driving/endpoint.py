@@ -14,6 +14,8 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.server import Server, ServerConnection, serve
 
 from rollgait.view.driving.hands import Hands, wish_from
+from rollgait.view.gate.access import Access, Site
+from rollgait.view.gate.connections import Gate
 
 PAD_HEIGHT: Final = 156
 """Of the joystick on the page, pixels."""
@@ -33,13 +35,19 @@ class Endpoint:
     def __init__(self, hands: Hands, host: str, page_port: int) -> None:
         self._hands = hands
         self._open: set[ServerConnection] = set()
-        origins: Any = [f"http://{name}:{page_port}" for name in dict.fromkeys((host, "localhost"))]
         quiet = logging.getLogger(f"{__name__}.connections")
         quiet.setLevel(logging.CRITICAL)
         self._server: Server = serve(
-            self._listen, host, 0, origins=origins, max_size=MESSAGE_MAX, compression=None, logger=quiet
+            self._listen,
+            host,
+            0,
+            process_request=lambda *request: gate.refusal(*request),
+            max_size=MESSAGE_MAX,
+            compression=None,
+            logger=quiet,
         )
         self.port = int(self._server.socket.getsockname()[1])
+        gate = Gate(Access(Site(host, self.port), page=Site(host, page_port)))
         self._thread = threading.Thread(target=self._server.serve_forever, name="joysticks", daemon=True)
         self._thread.start()
 

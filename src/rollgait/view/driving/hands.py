@@ -42,10 +42,13 @@ class Wish:
         """Whether nothing is wanted."""
         return self == REST
 
-    def velocity(self, speed: float, turn_rate: float) -> VelocityCommand:
-        """The command with these largest velocities, m/s and rad/s."""
+    def velocity(self, speed: float, turn_rate: float, **more: Any) -> VelocityCommand:
+        """The command with these largest velocities, m/s and rad/s; `more` is what else it says."""
         return VelocityCommand(
-            forward=speed * self.forward, lateral=speed * self.lateral, turn_rate=turn_rate * self.turn
+            forward=speed * self.forward,
+            lateral=speed * self.lateral,
+            turn_rate=turn_rate * self.turn,
+            **more,
         )
 
 

@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.config import validate
+from rollgait.errors import InputError
 from rollgait.mpc.command import VelocityCommand
-from rollgait.mpc.state import RobotState
+from rollgait.plant.state import RobotState
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
+NO_FORCE: Final[Vector] = (0.0, 0.0, 0.0)
+PUSHES_MAX: Final = 5
+"""Pushes at a time: who clicks faster than they pass is not heard."""
 
 
 @dataclass(frozen=True)
-class Push:
+class PushRequest:
     """A force on the base, world, N, for a time, s."""
 
     force: Vector
@@ -34,9 +41,19 @@ class Request:
     """
 
     command: VelocityCommand
-    pull: Vector = (0.0, 0.0, 0.0)
-    pushes: tuple[Push, ...] = ()
+    pull: Vector = NO_FORCE
+    pushes: tuple[PushRequest, ...] = ()
     reset: bool = False
+
+    def check(self) -> None:
+        """Raises `InputError` for numbers that are none, and for a gait that is not known."""
+        validate(VelocityCommand, dict(self.command), "command.").check()
+        for name, force in (("pull", self.pull), *(("push", push.force) for push in self.pushes)):
+            if not all(map(math.isfinite, force)):
+                raise InputError(name, force, "must be finite forces")
+        for push in self.pushes:
+            if not 0.0 <= push.duration < math.inf:
+                raise InputError("push.duration", push.duration, "must be finite and not negative")
 
 
 @dataclass(frozen=True, eq=False)

@@ -56,10 +56,9 @@ class DrivePage:
         self._loop: LoopProcess | None = None
         self._thread: threading.Thread | None = None
         try:
-            number = int(self._server.get_port())
-            self.url = f"http://{LOOPBACK}:{number}"
+            self.url = self._server.url
             self._loop = LoopProcess(setup)
-            self._endpoint = Endpoint(self.hands, LOOPBACK, number)
+            self._endpoint = Endpoint(self.hands, LOOPBACK, int(self._server.get_port()))
             self._build(setup, self._loop, self._endpoint)
             self._thread = threading.Thread(target=self._run, args=(self._loop,), name="drive", daemon=True)
             self._thread.start()

@@ -16,7 +16,7 @@ from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.gaits import GAITS
 from rollgait.mpc.settings import CommandLimits
 from rollgait.view.driving.hands import Hands
-from rollgait.view.driving.messages import Push, Snapshot, Vector
+from rollgait.view.driving.messages import NO_FORCE, PUSHES_MAX, PushRequest, Snapshot, Vector
 
 PUSH_FORCE: Final = 100.0
 """N"""
@@ -28,6 +28,8 @@ PULL_MAX: Final = 150.0
 """N"""
 SPEED: Final = 0.4
 """Limit of the speed at first, m/s."""
+SPEED_MIN: Final = 0.05
+"""Its smallest one: at 0 the joystick would seem dead, m/s."""
 DIRECTIONS: Final = {"random": None, "forward": 0.0, "left": 90.0, "back": 180.0, "right": -90.0}
 """Of the push button, from the robot's nose to its left, degrees."""
 MODE_COLOURS: Final = {
@@ -54,15 +56,19 @@ class Panel:
         self._hands, self._limits = hands, limits
         self._lock = threading.Lock()
         self._clicked: list[float | None] = []
-        self._pushes: list[Push] = []
+        self._pushes: list[PushRequest] = []
         self._reset = False
-        self.pull: Vector = (0.0, 0.0, 0.0)
+        self.pull: Vector = NO_FORCE
         self.gait = gait
         self._status = gui.add_html("")
         gui.add_html(pad)
         gaits = gui.add_button_group("gait", tuple(GAITS))
         self.speed = gui.add_slider(
-            "speed limit (m/s)", min=0.05, max=limits.speed, step=0.05, initial_value=min(SPEED, limits.speed)
+            "speed limit (m/s)",
+            min=SPEED_MIN,
+            max=limits.speed,
+            step=0.05,
+            initial_value=min(SPEED, limits.speed),
         )
         high = limits.height_change
         self.height = gui.add_slider("height (m)", min=-high, max=high, step=0.005, initial_value=0.0)
@@ -95,12 +101,13 @@ class Panel:
 
     def command(self) -> VelocityCommand:
         """What is asked for now."""
-        speed = float(self.speed.value)
-        turn_rate = self._limits.turn_rate * speed / self._limits.speed
-        command = self._hands.wish.velocity(speed, turn_rate)
-        return command.model_copy(update={"gait": self.gait, "height_change": float(self.height.value)})
+        limits = self._limits
+        speed = _within(self.speed.value, SPEED_MIN, limits.speed)
+        height = _within(self.height.value, -limits.height_change, limits.height_change)
+        turn_rate = limits.turn_rate * speed / limits.speed
+        return self._hands.wish.velocity(speed, turn_rate, gait=self.gait, height_change=height)
 
-    def take(self, yaw: float) -> tuple[tuple[Push, ...], bool]:
+    def take(self, yaw: float) -> tuple[tuple[PushRequest, ...], bool]:
         """Pushes that were asked for since the last call, and whether a reset was.
 
         Args:
@@ -113,11 +120,18 @@ class Panel:
         return tuple(pushes), reset
 
     def _choose(self, gait: str) -> None:
-        self.gait = gait
+        if gait in GAITS:
+            self.gait = gait
 
     def _click(self) -> None:
+        direction = self.direction.value
         with self._lock:
-            self._clicked.append(DIRECTIONS[self.direction.value])
+            if direction in DIRECTIONS and self._waiting < PUSHES_MAX:
+                self._clicked.append(DIRECTIONS[direction])
+
+    @property
+    def _waiting(self) -> int:
+        return len(self._clicked) + len(self._pushes)
 
     def _ask_reset(self) -> None:
         self._hands.stop()
@@ -128,15 +142,15 @@ class Panel:
         """A push along the horizontal part of a ray; one from straight above pushes nowhere."""
         x, y, _ = (float(part) for part in direction)
         length = math.hypot(x, y)
-        if length > 1e-3:
-            force = PUSH_FORCE / length
-            with self._lock:
-                self._pushes.append(Push((force * x, force * y, 0.0), PUSH_DURATION))
+        if not 1e-3 < length < math.inf:
+            return
+        force = PUSH_FORCE / length
+        with self._lock:
+            if self._waiting < PUSHES_MAX:
+                self._pushes.append(PushRequest((force * x, force * y, 0.0), PUSH_DURATION))
 
     def _dragged(self, event: Any) -> None:
-        self.pull = (
-            (0.0, 0.0, 0.0) if event.phase == "end" else pull_of(event.start_position, event.end_position)
-        )
+        self.pull = NO_FORCE if event.phase == "end" else pull_of(event.start_position, event.end_position)
 
     # -- what it says --
 
@@ -154,15 +168,23 @@ def _switched(switch: Callable[[str, bool], None], title: str, event: Any) -> No
 
 
 def pull_of(begin: Any, end: Any) -> Vector:
-    """The horizontal force of a spring between two points, N."""
+    """The horizontal force of a spring between two points, N; none if they are nowhere."""
     x, y = (PULL_STIFFNESS * (float(end[axis]) - float(begin[axis])) for axis in (0, 1))
-    share = min(1.0, PULL_MAX / max(math.hypot(x, y), 1e-9))
+    length = math.hypot(x, y)
+    if not length < math.inf:
+        return NO_FORCE
+    share = min(1.0, PULL_MAX / max(length, 1e-9))
     return share * x, share * y, 0.0
 
 
-def _push(yaw: float, degrees: float | None) -> Push:
+def _within(value: Any, low: float, high: float) -> float:
+    """A number cut to a range; what is no number is its lower end."""
+    return min(high, float(value)) if value >= low else low
+
+
+def _push(yaw: float, degrees: float | None) -> PushRequest:
     angle = random.uniform(-math.pi, math.pi) if degrees is None else yaw + math.radians(degrees)
-    return Push((PUSH_FORCE * math.cos(angle), PUSH_FORCE * math.sin(angle), 0.0), PUSH_DURATION)
+    return PushRequest((PUSH_FORCE * math.cos(angle), PUSH_FORCE * math.sin(angle), 0.0), PUSH_DURATION)
 
 
 def status_html(snapshot: Snapshot) -> str:

@@ -9,15 +9,24 @@ from typing import Any, Final
 
 import numpy as np
 
+from rollgait.errors import RollgaitError
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.loop import ClosedLoop
-from rollgait.view.driving.messages import Array, Body, Push, Request, Snapshot, Vector
+from rollgait.view.driving.messages import (
+    NO_FORCE,
+    PUSHES_MAX,
+    Array,
+    Body,
+    PushRequest,
+    Request,
+    Snapshot,
+    Vector,
+)
 from rollgait.view.driving.pace import WINDOW, Pace
 
 SILENCE_MAX: Final = 0.5
 """A page that asks for nothing for so long is gone: the robot stops, s."""
 EVENTS_SHOWN: Final = 6
-NO_FORCE: Final[Vector] = (0.0, 0.0, 0.0)
 
 
 class Session:
@@ -43,13 +52,18 @@ class Session:
         self.pace = Pace(period)
         self._radius = np.array([leg.wheel_radius or np.inf for leg in robot.leg_list])
         self._wheel_angle: Array = np.zeros(4)
-        self._acting: list[tuple[float, Push]] = []
+        self._acting: list[tuple[float, PushRequest]] = []
         self._solve: deque[float] = deque(maxlen=round(WINDOW / period))
         self.loop.step(VelocityCommand())  # from here on there is a control and a prediction
 
     def handle(self, request: Request) -> None:
-        """Takes a request."""
+        """Takes a request. One that cannot be is not taken: an event says why, and the one before holds."""
         self._heard = self._clock()
+        try:
+            request.check()
+        except RollgaitError as error:
+            self.loop.mpc.note(f"the page's request was refused: {error}")
+            return
         self._request = request
         if request.reset:
             self._reset()
@@ -65,8 +79,8 @@ class Session:
             self.loop.step(VelocityCommand())
         self.pace.restart()
 
-    def _push(self, push: Push) -> None:
-        if not self.loop.plant.fallen:
+    def _push(self, push: PushRequest) -> None:
+        if not self.loop.plant.fallen and len(self._acting) < PUSHES_MAX:
             self.loop.plant.push(np.array(push.force), push.duration)
             self._acting.append((self.loop.time + push.duration, push))
 

@@ -25,7 +25,7 @@ class DiagnosisPanel:
         for button in self._buttons:
             button.remove()
         reasons = () if diagnosis is None else diagnosis.reasons
-        suggestions = () if diagnosis is None else diagnosis.suggestions
+        suggestions = () if diagnosis is None else tuple(s for s in diagnosis.suggestions if s.change)
         self._reasons.content, self._reasons.visible = _html(reasons), bool(reasons)
         self._place.visible = bool(suggestions)
         with self._place:

@@ -11,19 +11,24 @@ import numpy as np
 import viser
 
 from rollgait.diagnosis.report import Diagnosis, Suggestion
-from rollgait.errors import RollgaitError
-from rollgait.scenario import Scenario, find_scenario, scenario_names
+from rollgait.errors import RollgaitError, UnknownNameError
+from rollgait.scenario import Crawl, Pace, Scenario, Trot, Walk, find_scenario, scenario_names
 from rollgait.view.clip import Clip
 from rollgait.view.layers.goal import pad
 from rollgait.view.layers.layer import rgb, segments, single
 from rollgait.view.panels.diagnosis import DiagnosisPanel
 from rollgait.view.panels.motion import BAD, GOOD
 from rollgait.view.rotations import turn_z, wxyz
-from rollgait.view.solving import Progress
+from rollgait.view.solving import SolvingProgress
 from rollgait.view.style import GOAL_COLOUR
 
 THE_SHOWN: Final = "the one shown"
-GAITS: Final = ("drive", "crawl", "crawl, wheels locked")
+STEPS: Final = {
+    str(gait.model_fields["kind"].default): int(gait.model_fields["steps"].default)
+    for gait in (Crawl, Walk, Trot, Pace)
+}
+"""Gaits that are told by a number of steps, and how many by default."""
+GAITS: Final = ("drive", "crawl", "crawl, wheels locked", "walk", "trot", "pace")
 SIX: Final = ("acc", "goal", "force", "feet", "speed", "yaw")
 """The paper's weights."""
 GIZMO: Final = "/goal"
@@ -68,6 +73,7 @@ class PlanningPanel:
         self.picker.on_update(_by_a_person(lambda _: self.pick(self.picker.value)))
         self.goal.on_update(_by_a_person(lambda _: self._place()))
         self.gait.on_update(lambda _: self._fit())
+        self.gait.on_update(_by_a_person(lambda _: self._usual_steps()))
         self.button.on_click(lambda _: on_plan())
         self.cancel.on_click(lambda _: on_cancel())
         self.save.on_click(_by_a_person(save_plan))
@@ -85,9 +91,14 @@ class PlanningPanel:
         self.save.disabled = clip.plan is None
 
     def pick(self, name: str) -> None:
-        """Fills the controls with a scenario."""
+        """Fills the controls with the scenario that is shown or one of the library: never with a file."""
         with self._lock:
-            self._fill(self._shown if name == THE_SHOWN and self._shown is not None else find_scenario(name))
+            if name == THE_SHOWN and self._shown is not None:
+                self._fill(self._shown)
+            elif name in scenario_names():
+                self._fill(find_scenario(name))
+            else:
+                self._say(str(UnknownNameError("scenario", name, scenario_names())), BAD)
 
     def _fill(self, base: Scenario) -> None:
         """Begins with a scenario."""
@@ -96,7 +107,7 @@ class PlanningPanel:
             self.goal.value = (base.goal.x, base.goal.y, base.goal.yaw_deg)
             self.horizon.value = base.horizon
             kind, locked = base.gait.kind, base.gait.wheels == "locked"
-            as_given = () if kind in ("drive", "crawl") else (kind,)
+            as_given = () if kind in GAITS else (kind,)
             self.gait.options = (*GAITS, *as_given)
             self.gait.value = f"{kind}, wheels locked" if kind == "crawl" and locked else kind
             self.steps.value = getattr(base.gait, "steps", 8)
@@ -118,13 +129,22 @@ class PlanningPanel:
                 values[f"weights.{weight}"] = float(handle.value)
         return base.with_values(values)
 
+    @property
+    def _kind(self) -> str:
+        """Kind of the chosen gait."""
+        return str(self.gait.value).partition(",")[0]
+
+    def _usual_steps(self) -> None:
+        """Another gait begins with its own number of steps."""
+        self.steps.value = STEPS.get(self._kind, self.steps.value)
+
     def _gait_values(self, base: Scenario) -> dict[str, Any]:
-        kind = self.gait.value.partition(",")[0]
+        kind = self._kind
         values: dict[str, Any] = {} if kind == base.gait.kind else {"gait.kind": kind}
         if kind in ("drive", "crawl"):
             locked = "locked" in self.gait.value
             values["gait.wheels"] = "locked" if locked else "rolling"
-        if kind == "crawl":
+        if kind in STEPS:
             values["gait.steps"] = int(self.steps.value)
         return values
 
@@ -146,7 +166,7 @@ class PlanningPanel:
         self._diagnosis.show(None)
         self._say(text, "#666666")
 
-    def progress(self, progress: Progress) -> None:
+    def progress(self, progress: SolvingProgress) -> None:
         """Says how far the solver is."""
         self._say(
             f"{progress.stage} … iteration {progress.number}, cost {progress.cost:.5g}, "
@@ -199,7 +219,7 @@ class PlanningPanel:
 
     def _fit(self) -> None:
         """Shows the number of steps only where there are steps."""
-        self.steps.visible = self.gait.value.startswith("crawl")
+        self.steps.visible = self._kind in STEPS
 
     def _save_yaml(self, client: viser.ClientHandle) -> None:
         try:

@@ -1,0 +1,32 @@
+"""From a file to the clip in it, by the kind of the file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rollgait.archive import kind_of
+from rollgait.mpc.log import FORMAT as MPC_LOG
+from rollgait.mpc.log import MpcLog
+from rollgait.plan.plan import Plan
+from rollgait.simulation.log import SimulationLog
+from rollgait.tracking import JointTrajectory
+from rollgait.view.clip import Clip, clip_of_joints, clip_of_log, clip_of_plan
+from rollgait.view.mpc_clip import clip_of_mpc
+
+
+def open_clip(path: str | Path) -> Clip:
+    """The clip in a file: a plan, joints, or a log of physics or of the controller. Runs no code of it.
+
+    Raises:
+        FileError: the file is missing, is none of these, or has a version that is not known here.
+    """
+    file = Path(path)
+    name = file.name.removesuffix(".npz")
+    kind = kind_of(file, "is neither a plan nor a joint trajectory nor a log that rollgait saved")
+    if kind == "rollgait-joints":
+        return clip_of_joints(JointTrajectory.load(file), name)
+    if kind == "rollgait-simulation":
+        return clip_of_log(SimulationLog.load(file), name)
+    if kind == MPC_LOG:
+        return clip_of_mpc(MpcLog.load(file), name)
+    return clip_of_plan(Plan.load(file), name)
