@@ -136,14 +136,19 @@ def test_a_floating_joint_at_the_root_counts_once(roller: Path) -> None:
     assert WholeBodyModel(load_whole_body(roller)).nv == 22
 
 
+def test_a_joint_may_have_the_name_of_a_link(roller: Path) -> None:
+    spoil(roller.with_suffix(".urdf"), 'joint name="FL_roll"', 'joint name="FL_wheel"')
+    spoil(roller, "FL_roll", "FL_wheel")
+    assert WholeBodyModel(load_whole_body(roller)).mass == pytest.approx(40.0)
+
+
+XACRO = "http://www.ros.org/wiki/xacro"
+XACRO = "http://www.ros.org/wiki/xacro"
 JOINT = '<joint name="FL_kfe" type="revolute">'
 BAD = {
-    "missing mesh": (
-        ".urdf",
-        '<box size="0.7 0.3 0.2"/>',
-        '<mesh filename="package://x/none.stl"/>',
-        "none.stl",
-    ),
+    "posture outside the limits": (".srdf", 'value="1.4"', 'value="3.0"', "FL_kfe: 3.0 must lie in"),
+    "xacro": (".urdf", '<link name="world"/>', f'<x:macro xmlns:x="{XACRO}"/>', "xacro roller.urdf >"),
+    "MJCF": (".urdf", '<robot name="roller">', "<mujoco/><!--", "XML"),
     "wrong frame": (".yaml", "wheel: FL_wheel", "wheel: FL_weel", "valid: FL_wheel"),
     "wrong joint": (".yaml", "wheel_joint: FL_roll", "wheel_joint: FL_rol", "valid: FL_roll"),
     "joint of another leg": (".yaml", "wheel_joint: FL_roll", "wheel_joint: FR_roll", "FL_roll"),

@@ -10,10 +10,7 @@ import typer
 from rollgait.cli.arguments import AsJson
 from rollgait.cli.output import print_json, print_table
 from rollgait.cli.usage import Commands
-from rollgait.config import dump_yaml
-from rollgait.errors import FileError, MissingExtraError
-from rollgait.files import check_writable, replacing
-from rollgait.robot.whole_body import EXTRA, WholeBody, library_whole_body, load_whole_body
+from rollgait.files import check_writable
 
 app = typer.Typer(cls=Commands, rich_markup_mode=None, help="Make robots for the planner.")
 
@@ -34,7 +31,10 @@ def import_(
     ],
     legs: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="Names the legs' frames and joints. Default: MODEL with .yaml."),
+        typer.Option(
+            metavar="FILE",
+            help="Names the legs' frames and joints. Default: MODEL with .yaml; none: they are found.",
+        ),
     ] = None,
     srdf: Annotated[Path | None, typer.Option(metavar="FILE", help="SRDF with the posture.")] = None,
     posture: Annotated[
@@ -49,25 +49,24 @@ def import_(
     """Derive a robot for the planner from a URDF: say what was found, and what had to be chosen.
 
     Mass, inertia, nominal stance, foot kinds, limits, reach and workspace come from the URDF and inverse
-    kinematics. A small YAML file beside it names each leg's wheel or foot and its joints: docs/whole-body.md.
+    kinematics. Legs are found by chains, symmetry and axes where no file names them: docs/whole-body.md.
     """
+    from rollgait.robot.importing import import_robot
+    from rollgait.robot.robot_files import ROBOT, robot_files
+
+    earlier = None
+    if legs is None and _is_bare(Path(model)):
+        from rollgait.robot.urdf_discovery import robot_name
+
+        out = out or Path(f"{robot_name(Path(model))}{ROBOT}.yaml")
+        earlier = robot_files(out).legs  # perhaps corrected since
+        legs = earlier if earlier.is_file() else None
     if out is not None:
         check_writable(out)
-    described, body = _whole_body(model, legs)
-    changes = {"srdf": srdf and str(_existing("srdf", srdf)), "posture": posture}
-    body = body.model_copy(update={key: value for key, value in changes.items() if value is not None})
-    try:
-        import pinocchio  # noqa: F401
-    except ImportError:
-        raise MissingExtraError("importing a URDF", EXTRA) from None
-    from rollgait.robot.urdf import import_robot
-
-    found = import_robot(body, None if described is None else str(described.absolute()))
-    data = found.robot.model_dump(mode="json", exclude_none=True)
-    if out is not None:
-        with replacing(out) as temporary:
-            temporary.write_text(dump_yaml(data), encoding="utf-8")
+    found = import_robot(model, legs=legs, srdf=srdf, posture=posture)
+    written = None if out is None else found.save(out)
     if as_json:
+        data = found.robot.model_dump(mode="json", exclude_none=True)
         facts = [
             {"name": f.name, "value": f.value, "source": f.source, "known": f.known} for f in found.findings
         ]
@@ -77,31 +76,17 @@ def import_(
         print(title)
         print_table([(f.name, f.value, f.source) for f in found.findings if f.known == known])
         print()
-    if out is None:
+    if written is None:
         print("--out robot.yaml writes it")
-    else:
-        print(f"written: {out}")
-        print(f"next:    rollgait plan hybrid-forward --set robot={out}")
+        return
+    print(f"written: {written.robot}, {written.first}")
+    if earlier is not None:
+        print(f"legs:    {earlier}: correct there what is wrong, and import again")
+    print(f"next:    rollgait run {written.first}")
 
 
-def _whole_body(model: str, legs: Path | None) -> tuple[Path | None, WholeBody]:
-    """The file that describes the whole body (None for one of the library), and what it says."""
-    path = Path(model)
-    if path.suffix in (".yaml", ".yml"):
-        return path, load_whole_body(path)
-    if path.suffix == "" and legs is None and not path.exists():
-        return None, library_whole_body(model)
-    _existing("urdf", path)
-    file = legs or path.with_suffix(".yaml")
-    if not file.is_file():
-        rule = (
-            "is needed to name the legs' frames and joints, and does not exist: docs/whole-body.md shows one"
-        )
-        raise FileError("legs", str(file), rule)
-    return file, load_whole_body(file).model_copy(update={"urdf": str(path.absolute())})
-
-
-def _existing(field: str, path: Path) -> Path:
-    if not path.is_file():
-        raise FileError(field, str(path), "cannot be read: there is no such file")
-    return path.absolute()
+def _is_bare(model: Path) -> bool:
+    """Whether nothing stands beside a URDF that names its legs."""
+    return (
+        model.suffix not in (".yaml", ".yml") and model.is_file() and not model.with_suffix(".yaml").is_file()
+    )

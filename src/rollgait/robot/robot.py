@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from rollgait.config import Config, Number, Positive, PositiveVector3, Range, Vector3
+from rollgait.config import Config, Line, Number, Positive, PositiveVector3, Range, Vector3
 
 LegName = Literal["FL", "FR", "HL", "HR"]
 LEG_NAMES: Final[tuple[LegName, ...]] = ("FL", "FR", "HL", "HR")
@@ -132,7 +132,7 @@ class Legs(Config):
 class Robot(Config):
     """A quadruped as a single rigid body with four feet."""
 
-    name: str
+    name: Line
     """Name under which a scenario asks for it."""
     description: str = ""
     """One line for people."""
@@ -187,15 +187,15 @@ class Robot(Config):
         return float(np.trace(self.inertia_matrix)) / 3.0
 
     def static_forces(self, p_foot_base: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
-        """Normal forces that balance the standing robot, shape (4,), N: those of smallest norm.
+        """Normal forces that balance the standing robot, shape (…, 4), N: those of smallest norm.
 
         Args:
-            p_foot_base: contact points from the CoM, shape (4, 3), m; the nominal stance if not given. With
-                fewer than four feet on the ground pass only those, shape (n, 3).
+            p_foot_base: contact points from the CoM, shape (…, 4, 2 or 3), m; the nominal stance if not
+                given. With fewer than four feet on the ground pass only those, shape (…, n, 2 or 3).
         """
-        p = self.stance if p_foot_base is None else np.asarray(p_foot_base)
-        balance = np.vstack([np.ones(len(p)), p[:, 0], p[:, 1]])
-        return np.asarray(np.linalg.lstsq(balance, np.array([self.weight, 0.0, 0.0]), rcond=None)[0])
+        p = self.stance if p_foot_base is None else np.asarray(p_foot_base, dtype=float)
+        balance = np.stack([np.ones(p.shape[:-1]), p[..., 0], p[..., 1]], axis=-2)
+        return np.asarray(self.weight * np.linalg.pinv(balance)[..., 0])
 
     def with_feet(self, foot: FootKind) -> Robot:
         """The same robot with all feet of another kind (e.g. `point` where the wheels are locked)."""

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rollgait.errors import InputError
+from rollgait.config import dump_yaml, validate
+from rollgait.errors import InputError, shown
+from rollgait.files import replacing
+from rollgait.robot.first_scenario import first_scenario
 from rollgait.robot.robot import LEG_NAMES, FootKind, Robot
+from rollgait.robot.robot_files import RobotFiles, robot_files
+from rollgait.robot.urdf_discovery import described
 from rollgait.robot.urdf_model import BASE_V, LegChain, WholeBodyModel, load_model
-from rollgait.robot.urdf_reach import LimbFound, find_limb, reachable_box, steering_ranges
+from rollgait.robot.urdf_reach import PLANAR, LimbFound, find_limb, reachable_box, steering_ranges
 from rollgait.robot.urdf_stance import Stance, nominal_stance
 from rollgait.robot.whole_body import WholeBody
 
@@ -45,24 +52,44 @@ class ImportedRobot:
     Attributes:
         robot: the robot for the planner.
         findings: what it is made of, in the order of the robot's fields.
+        body: the whole body it was derived from.
+        legs_found: whether the import has found the legs, as no file describes them.
     """
 
     robot: Robot
     findings: tuple[Finding, ...]
+    body: WholeBody
+    legs_found: bool = False
+
+    def save(self, file: str | Path) -> RobotFiles:
+        """Writes the robot, beside it a first scenario and, if the legs were found, their description.
+
+        Raises:
+            FileError: a file cannot be written.
+        """
+        files, robot = robot_files(file), self.robot
+        if self.legs_found:
+            robot = robot.model_copy(update={"whole_body": str(files.legs.absolute())})
+            _write(files.legs, described(self.body))
+        _write(files.robot, dump_yaml(robot.model_dump(mode="json", exclude_none=True)))
+        _write(files.first, dump_yaml(first_scenario(robot, str(files.robot.absolute()))))
+        return files
 
 
-def import_robot(body: WholeBody, whole_body_file: str | None = None) -> ImportedRobot:
+def import_robot(
+    body: WholeBody, whole_body_file: str | None = None, *, found: bool = False
+) -> ImportedRobot:
     """The planner's robot of a whole body.
 
     Args:
         body: the whole body.
         whole_body_file: where it is described, for tracking; the library knows its own.
+        found: whether the whole body was found in a bare URDF.
 
     Raises:
-        InputError: the URDF or a name in it is wrong, a mesh is missing, or the robot cannot stand.
+        InputError: the URDF or a name in it is wrong, or the robot cannot stand.
     """
     model = load_model(body)
-    model.urdf.meshes()
     stance = nominal_stance(model)
     inertia = model.inertia(stance.q)
     box = reachable_box(model, stance)
@@ -87,8 +114,10 @@ def import_robot(body: WholeBody, whole_body_file: str | None = None) -> Importe
         "legs": legs,
         "whole_body": whole_body_file,
     }
-    robot = Robot.model_validate(data)
-    return ImportedRobot(robot, tuple(_findings(model, robot, box, steering_box, limbs)))
+    robot = validate(Robot, data, "robot")
+    findings = [*_legs(body)] if found else []
+    findings += _findings(model, robot, box, steering_box, limbs)
+    return ImportedRobot(robot, tuple(findings), body, found)
 
 
 def foot_kind(chain: LegChain) -> FootKind:
@@ -120,7 +149,7 @@ def _leg(
             round(float(limit), 4) if np.isfinite(limit) else SPEED_UNKNOWN
         )
     if data["foot"] == "fixed":
-        data["heading"] = round(float(stance.state.heading[leg]), 6)
+        data["heading"] = round(float(stance.state.heading[leg]), 6) + 0.0  # not -0.0
     if chain.steering is not None and steering is not None:
         rate = float(model.velocity_max[chain.steering - BASE_V])
         data["steering"] = [round(steering[0], 4), round(steering[1], 4)]
@@ -136,7 +165,7 @@ def _findings(
 ) -> list[Finding]:
     body, choices = model.config, model.config.planner
     share = float(robot.static_forces()[:2].sum() / robot.weight)
-    posture = f"posture {body.posture}" if body.posture else "posture with all joints at 0"
+    posture = _posture(model)
     wheel, ik = "wheel joint's speed limit × radius", "inverse kinematics"
     first = robot.legs.FL
     found = [
@@ -151,6 +180,10 @@ def _findings(
         Finding("height of the CoM", f"{robot.height:.4f} m", f"{ik} from the {posture}"),
         Finding("weight on the front", f"{100.0 * share:.0f} %", "stance"),
     ]
+    missing = model.urdf.missing_meshes()
+    if missing:
+        text = f"{len(missing)} without file, {shown(missing[0])} first"
+        found.append(Finding("meshes", text, "pictures go without them", known=False))
     for name, leg in zip(LEG_NAMES, robot.leg_list, strict=True):
         found.append(
             Finding(f"stance {name}", _list(leg.stance, "m"), f"{ik}, upright, left/right symmetric")
@@ -159,15 +192,19 @@ def _findings(
         found.append(Finding("reachable box", "none", "less than 1 cm", known=False))
     else:
         found.append(Finding("reachable box", _list(box, "m", "±"), f"{ik} at its corners, edges and faces"))
+        if box[1] <= PLANAR:
+            found.append(Finding("sideways", "not at all", "no leg has a joint for it", known=False))
     asked = choices.box is not None
     found.append(
         Finding("box", _list(robot.box, "m", "±"), "chosen" if asked else "the reachable one", not asked)
     )
+    for chain in model.legs:
+        shape, what = chain.shape, "foot" if chain.wheel is None else "wheel"
+        found.append(Finding(f"{what} radius {chain.name}", f"{shape.radius:g} m", shape.source, shape.known))
+        if shape.centre.any():
+            where = f"in the frame {getattr(body.legs, chain.name).frame}"
+            found.append(Finding(f"{what} centre {chain.name}", _list(shape.centre, "m"), where))
     if first.wheel_radius is not None:
-        given = next(body.leg_list())[1].radius is not None
-        found.append(
-            Finding("wheel radius", f"{first.wheel_radius:g} m", "given" if given else "URDF's geometry")
-        )
         limited = all(
             np.isfinite(model.velocity_max[c.wheel - BASE_V]) for c in model.legs if c.wheel is not None
         )
@@ -187,6 +224,30 @@ def _findings(
     source = "chosen" if choices.force_max else "default: the robot's weight"
     found.append(Finding("contact force", f"{first.force_max:g} N", source, known=False))
     return found
+
+
+def _legs(body: WholeBody) -> Iterator[Finding]:
+    """What was taken for what."""
+    for name, leg in body.leg_list():
+        parts = [f"wheel {leg.wheel} on {leg.wheel_joint}" if leg.wheel else f"foot {leg.foot}"]
+        if leg.steering_joint is not None:
+            parts.append(f"steered by {leg.steering_joint}")
+        yield Finding(f"leg {name}", ", ".join(parts), "chains, symmetry, axes")
+
+
+def _write(file: Path, text: str) -> None:
+    with replacing(file) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def _posture(model: WholeBodyModel) -> str:
+    """Where the angles of the stance's posture are from, as text."""
+    body = model.config
+    if model.posture_is_found:
+        return "posture found: knees bent, feet under the hips"
+    if body.posture is not None:
+        return f"posture {body.posture}" + (" and given joints" if body.joints else "")
+    return "posture of the given joints" if body.joints else "posture with all joints at 0"
 
 
 def _list(values: Any, unit: str, sign: str = "") -> str:

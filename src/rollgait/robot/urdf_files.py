@@ -10,12 +10,19 @@ from functools import cached_property
 from pathlib import Path
 from typing import Final
 
-from rollgait.errors import FileError, InputError, UnknownNameError
+from rollgait.errors import FileError, InputError, UnknownNameError, shown
+from rollgait.robot.urdf_check import check_urdf, decimal
+from rollgait.robot.xml_files import read_xml
 
 UNLIMITED: Final = 1e9
 """Stands for "no limit" in the URDF that is handed on (rad, rad/s, N m)."""
 
 _MOVING: Final = ("revolute", "continuous")
+_XACRO: Final = (
+    "{http://www.ros.org/wiki/xacro}",
+    "{http://ros.org/wiki/xacro}",
+    "{https://www.ros.org/wiki/xacro}",
+)
 _PACKAGE: Final = "package://"
 
 
@@ -52,12 +59,34 @@ class Urdf:
     @cached_property
     def links(self) -> dict[str, ET.Element]:
         """The links by name."""
-        return {link.get("name", ""): link for link in self.root.iter("link")}
+        return {link.get("name", ""): link for link in self.root.findall("link")}
 
     @cached_property
     def joints(self) -> dict[str, Joint]:
         """The joints by name."""
         return {joint.name: joint for joint in _joints(self.root)}
+
+    @cached_property
+    def joint_elements(self) -> dict[str, ET.Element]:
+        """The XML of the joints by name."""
+        return {joint.get("name", ""): joint for joint in self.root.findall("joint")}
+
+    @cached_property
+    def _below(self) -> dict[str, list[Joint]]:
+        below: dict[str, list[Joint]] = {}
+        for joint in self.joints.values():
+            below.setdefault(joint.parent, []).append(joint)
+        return below
+
+    def children_of(self, link: str) -> list[Joint]:
+        """The joints that hang on a link."""
+        return self._below.get(link, [])
+
+    @property
+    def root_link(self) -> str:
+        """The link on which all others hang."""
+        children = {joint.child for joint in self.joints.values()}
+        return next(link for link in self.links if link not in children)
 
     def chain(self, link: str) -> list[Joint]:
         """The joints from the root to a link, in this order."""
@@ -86,44 +115,36 @@ class Urdf:
                 raise InputError(field, link, rule)
         return chain
 
-    def radius(self, link: str) -> float | None:
-        """Radius of the first cylinder or sphere of a link, collision geometry before visual, m."""
-        for part in ("collision", "visual"):
-            for shape in ("cylinder", "sphere"):
-                found = self.links[link].find(f"{part}/geometry/{shape}")
-                if found is not None:
-                    return float(found.get("radius", "nan"))
-        return None
+    def missing_meshes(self) -> list[str]:
+        """The names of meshes of which there is no file: none is needed to plan, to track or to simulate."""
+        return [name for name in dict.fromkeys(self._mesh_names()) if self.find_mesh(name) is None]
 
-    def meshes(self) -> dict[str, Path]:
-        """The file of every mesh, by its name in the URDF.
-
-        Raises:
-            FileError: one of them does not exist.
-        """
-        return {name: self.find_mesh(name) for name in self._mesh_names()}
-
-    def find_mesh(self, name: str) -> Path:
-        """The file that a mesh's name means. Raises `FileError`."""
+    def find_mesh(self, name: str) -> Path | None:
+        """The file that a mesh's name means; None if there is none."""
         for place in _places(name, self.path):
-            if place.is_file():
-                return place
-        raise FileError("urdf", str(self.path), f"names the mesh {name}, which does not exist")
+            try:
+                if place.is_file():
+                    return place
+            except OSError:  # a name that is too long for a file
+                continue
+        return None
 
     def _mesh_names(self) -> Iterator[str]:
         return (name for mesh in self.root.iter("mesh") if (name := mesh.get("filename")))
 
 
 def read_urdf(path: str | Path) -> Urdf:
-    """Reads and repairs a URDF.
+    """Reads, judges and repairs a URDF.
 
     Raises:
-        FileError: it cannot be read, or is no URDF.
+        FileError: it cannot be read, is no URDF, or describes what no body can be.
     """
     file = Path(path)
-    root = _read_xml("urdf", file)
+    root = read_xml("urdf", file)
+    _check_language(file, root)
     if root.tag != "robot" or root.find("link") is None:
         raise FileError("urdf", str(file), "is not a URDF: it has no robot with links")
+    check_urdf(file, root)
     _free_the_root(root)
     _limit_continuous_joints(root)
     return Urdf(file, root)
@@ -133,28 +154,41 @@ def read_posture(path: str | Path, name: str) -> dict[str, float]:
     """Joint angles of a group state of an SRDF, rad.
 
     Raises:
-        FileError: it cannot be read.
+        FileError: it cannot be read, or an angle is no finite number.
         UnknownNameError: it has no group state of this name.
     """
     file = Path(path)
-    states = {s.get("name", ""): s for s in _read_xml("srdf", file).iter("group_state")}
+    states = {s.get("name", ""): s for s in read_xml("srdf", file).iter("group_state")}
     if name not in states:
         raise UnknownNameError("posture", name, states, f"is not a group state of {file.name}")
     angles = {}
     for joint in states[name].iter("joint"):
         values = joint.get("value", "").split()
-        if len(values) == 1:  # the free joint at the root has several
-            angles[joint.get("name", "")] = float(values[0])
+        if len(values) != 1:  # the free joint at the root has several
+            continue
+        if (angle := decimal(values[0])) is None:
+            which = f"joint {shown(joint.get('name', ''))} in the group state {shown(name)}"
+            rule = f"has the {which}, whose value {shown(values[0])} must be a finite number"
+            raise FileError("srdf", str(file), rule)
+        angles[joint.get("name", "")] = angle
     return angles
 
 
-def _read_xml(field: str, file: Path) -> ET.Element:
-    try:
-        return ET.parse(file).getroot()
-    except OSError as error:
-        raise FileError(field, str(file), f"cannot be read: {error.strerror}") from None
-    except (ET.ParseError, ValueError) as error:
-        raise FileError(field, str(file), f"is not valid XML: {error}") from None
+def _check_language(file: Path, root: ET.Element) -> None:
+    """Raises `FileError` for what is kept beside URDFs, and says how it becomes one."""
+    if root.tag == "mujoco":
+        rule = "is MJCF, not URDF: give the robot's .urdf, or export one by a converter from MJCF to URDF"
+        raise FileError("urdf", str(file), rule)
+    if any(str(part.tag).startswith(_XACRO) for part in root.iter()):
+        command = f"xacro {file.name} > {_plain(file)}"
+        rule = f"is a xacro file, not yet a URDF: run {command} first, and give the file that it writes"
+        raise FileError("urdf", str(file), rule)
+
+
+def _plain(file: Path) -> str:
+    """A name for the URDF that comes out of a xacro file."""
+    name = file.name.removesuffix(".xacro").removesuffix(".urdf")
+    return f"{name}.urdf" if file.name != f"{name}.urdf" else f"{name}-expanded.urdf"
 
 
 def _joints(root: ET.Element) -> Iterator[Joint]:

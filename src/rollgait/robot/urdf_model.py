@@ -17,9 +17,12 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from rollgait.errors import FileError, InputError, UnknownNameError
+from rollgait.errors import FileError, InputError, UnknownNameError, shown
 from rollgait.robot.robot import LEG_NAMES, LegName
-from rollgait.robot.urdf_files import UNLIMITED, Urdf, read_posture, read_urdf
+from rollgait.robot.urdf_build import build_model
+from rollgait.robot.urdf_feet import FootShape, measure_foot
+from rollgait.robot.urdf_files import UNLIMITED, Joint, Urdf, read_posture, read_urdf
+from rollgait.robot.urdf_posture import LegEnd, find_posture
 from rollgait.robot.whole_body import LegJoints, WholeBody
 
 Array = NDArray[np.float64]
@@ -29,6 +32,9 @@ BASE_V: Final = 6
 
 KNEE_BEND_MIN: Final = 0.1
 """Smallest angle of a knee from straight, rad: costs a leg of CENTAURO 0.6 mm of its length."""
+
+LIMIT_SLACK: Final = 1e-3
+"""By how much a given posture may pass a joint's limit, rad: both are often rounded."""
 
 _PARALLEL: Final = 0.999
 """Cosine above which two axes count as parallel."""
@@ -55,6 +61,7 @@ class LegChain:
         upright: unit vector in the frame of `ankle` that points up when the foot stands upright.
         normal: normal of the plane in which the foot can be tilted, in the frame of `ankle`, to the left.
         radius: from the centre to the contact point, m.
+        shape: the foot as it was given or measured.
     """
 
     name: LegName
@@ -68,6 +75,7 @@ class LegChain:
     upright: Array
     normal: Array
     radius: float
+    shape: FootShape
 
 
 @dataclass(frozen=True)
@@ -121,7 +129,8 @@ class WholeBodyModel:
         position_lower, position_upper: (nv − 6,), rad, ±inf where there is no limit (the wheels).
         velocity_max, effort_max: (nv − 6,), rad/s and N m, inf where there is no limit.
         legs: the four legs.
-        posture: q of the posture the config names, base at the origin.
+        posture: q of the posture the config names, base at the origin; if it names none, one that was found.
+        posture_is_found: whether it was.
 
     Raises:
         InputError: the config names what the URDF does not have, or a leg that cannot be one.
@@ -131,11 +140,8 @@ class WholeBodyModel:
         self.config = config
         self.urdf: Urdf = read_urdf(config.urdf)
         chains = {name: self.urdf.leg_chain(f"legs.{name}", leg.frame) for name, leg in config.leg_list()}
-        try:
-            self.pin: Any = pin.buildModelFromXML(self.urdf.text, pin.JointModelFreeFlyer())
-        except (ValueError, RuntimeError) as error:
-            reason = str(error).strip().splitlines()[0]
-            raise FileError("urdf", config.urdf, f"is not understood: {reason}") from None
+        _check_apart(chains)
+        self.pin: Any = build_model(self.urdf)
         self._data: Any = self.pin.createData()
         self.nv: int = self.pin.nv
         self.joint_names: tuple[str, ...] = tuple(self.pin.names[2:])
@@ -143,7 +149,7 @@ class WholeBodyModel:
             raise FileError("urdf", config.urdf, "has a joint that does not turn or slide by one number")
         self.mass = float(pin.computeTotalMass(self.pin))
         self._read_limits()
-        self.posture = self._read_posture()
+        self.posture = self._read_posture(chains)
         joints = {name: tuple(joint.name for joint in chain) for name, chain in chains.items()}
         self._pose(self.posture)
         self.legs = tuple(self._leg(name, leg, joints[name]) for name, leg in config.leg_list())
@@ -178,8 +184,9 @@ class WholeBodyModel:
         both_zero = (self.position_lower == 0.0) & (self.position_upper == 0.0)
         self.position_lower[both_zero], self.position_upper[both_zero] = -np.inf, np.inf
 
-    def _read_posture(self) -> Array:
+    def _read_posture(self, chains: dict[LegName, list[Joint]]) -> Array:
         config = self.config
+        self.posture_is_found = False
         if config.posture is not None and config.srdf is None:
             raise InputError("posture", config.posture, "needs an SRDF that defines it")
         angles = read_posture(config.srdf, config.posture) if config.srdf and config.posture else {}
@@ -190,7 +197,28 @@ class WholeBodyModel:
         q = np.array(pin.neutral(self.pin), dtype=float)
         for place, name in enumerate(self.joint_names):
             q[BASE_V + 1 + place] = angles.get(name, 0.0)
-        return q
+        if angles:
+            self._check_posture(angles, q)
+            return q
+        ends = [self._end(f"legs.{name}", leg, chains[name]) for name, leg in config.leg_list()]
+        found = find_posture(self.pin, ends)
+        self.posture_is_found = found is not None
+        return q if found is None else found
+
+    def _check_posture(self, angles: dict[str, float], q: Array) -> None:
+        """Raises `InputError` for the first given angle that its joint does not reach."""
+        for place, name in enumerate(self.joint_names):
+            low, high, angle = self.position_lower[place], self.position_upper[place], q[BASE_V + 1 + place]
+            if name in angles and not low - LIMIT_SLACK <= angle <= high + LIMIT_SLACK:
+                rule = (
+                    f"must lie in the joint's range [{low:.4g}, {high:.4g}] rad, in the posture of the robot"
+                )
+                raise InputError(f"joints.{name}", float(angle), rule)
+
+    def _end(self, field: str, leg: LegJoints, chain: list[Joint]) -> LegEnd:
+        shape = measure_foot(self.urdf, field, leg)
+        joints = tuple(self.pin.getJointId(joint.name) for joint in chain if joint.name != leg.wheel_joint)
+        return LegEnd(joints, self.pin.getBodyId(leg.frame), shape.centre, shape.radius)
 
     def _leg(self, name: LegName, leg: LegJoints, chain: tuple[str, ...]) -> LegChain:
         field = f"legs.{name}"
@@ -211,7 +239,8 @@ class WholeBodyModel:
         link = self.pin.getJointId(carrying[-1])
         ankle = self.pin.getJointId(carrying[-2]) if steering is not None and len(carrying) > 1 else link
         placements = self._data.oMi
-        frame = self._data.oMf[self.pin.getFrameId(leg.frame)]
+        frame = self._data.oMf[self.pin.getBodyId(leg.frame)]
+        shape = measure_foot(self.urdf, field, leg)
         axle_world = np.zeros(3)
         if leg.wheel_joint is not None:
             axle_world = self._axis(leg.wheel_joint)
@@ -230,28 +259,18 @@ class WholeBodyModel:
             steering=steering,
             link=link,
             ankle=ankle,
-            centre=placements[link].actInv(frame.translation),
+            centre=placements[link].actInv(frame.act(shape.centre)),
             axle=placements[link].rotation.T @ axle_world,
             upright=placements[ankle].rotation.T @ upright,
             normal=placements[ankle].rotation.T @ normal,
-            radius=self._radius(field, leg),
+            radius=shape.radius,
+            shape=shape,
         )
 
     def _axis(self, joint: str) -> Array:
         """Unit vector of a joint's axis in the world, for the configuration evaluated last."""
         pin.computeJointJacobians(self.pin, self._data, self.posture)
         return np.array(self._data.J[3:, BASE_V + self.joint_names.index(joint)])
-
-    def _radius(self, field: str, leg: LegJoints) -> float:
-        if leg.radius is not None:
-            return leg.radius
-        found = self.urdf.radius(leg.frame)
-        if found is not None:
-            return found
-        if leg.foot is not None:
-            return 0.0
-        rule = "must be given: the URDF gives the wheel neither a cylinder nor a sphere"
-        raise InputError(f"{field}.radius", leg.frame, rule)
 
     # -- postures --
 
@@ -421,6 +440,19 @@ def load_model(config: WholeBody) -> WholeBodyModel:
     if not Path(config.urdf).is_file():
         raise FileError("urdf", config.urdf, "cannot be read: there is no such file")
     return WholeBodyModel(config)
+
+
+def _check_apart(chains: dict[LegName, list[Joint]]) -> None:
+    """Raises `InputError` if two legs share a joint: each could not move without the other."""
+    owners: dict[str, LegName] = {}
+    for name, chain in chains.items():
+        for joint in chain:
+            if joint.name in owners:
+                link = chain[-1].child
+                shared = f"shares the joint {shown(joint.name)} with {owners[joint.name]}"
+                rule = f"{shared}: each leg must have joints of its own"
+                raise InputError(f"legs.{name}", link, rule)
+            owners[joint.name] = name
 
 
 def leg_index(name: LegName) -> int:

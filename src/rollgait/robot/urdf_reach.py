@@ -19,11 +19,26 @@ Array = NDArray[np.float64]
 BOX_SHAPE: Final = np.array([1.0, 1.0, 0.4])
 """Proportions of the reachable box: feet travel farther than they lift."""
 
-BOX_LARGEST: Final = 0.3
-"""Half-length of the largest box that is tried, as a share of the stance's height."""
+GROWING: Final = (2, 0, 1)
+"""Order in which the sides of the box are lengthened: lifting a foot is what the proportions spare most."""
+
+PLANAR: Final = 2e-3
+"""Half-size of the box along which a leg cannot move, m: what the body may sway when it rolls."""
+
+CORNERS: Final = np.array([c for c in product((-1.0, 0.0, 1.0), repeat=3) if any(c)])
+"""Corners, middles of edges and middles of faces of a box of half-size 1."""
+
+BOX_FIRST: Final = 0.2
+"""Half-length of the box that is tried first, as a share of the stance's height; from it the sides grow."""
+
+BOX_LARGEST: Final = np.array([0.5, 0.5, 0.2])
+"""Half-sizes of the largest box, as shares of the stance's height."""
 
 BOX_STEP: Final = 0.01
 """Steps in which it shrinks, m."""
+
+BOX_TRIES: Final = 30
+"""Most steps in which it shrinks: they get longer for robots taller than CENTAURO."""
 
 REACHED: Final = 1e-6
 """Error with which a corner of the box counts as reached, m or rad."""
@@ -39,17 +54,41 @@ STRAIGHT: Final = 1e-3
 
 
 def reachable_box(model: WholeBodyModel, stance: Stance) -> Array | None:
-    """Half-sizes of the largest box, (3,), m, whose corners, edges and faces every foot reaches upright.
+    """Half-sizes of a large box, (3,), m, whose corners, edges and faces every foot reaches upright.
 
-    None if not even the smallest is reachable.
+    Begins with the largest one of the usual proportions and lengthens one side after the other, as what stops
+    one direction need not stop the others. None if not even the smallest is reachable.
     """
-    corners = np.array([c for c in product((-1.0, 0.0, 1.0), repeat=3) if any(c)])
-    largest = BOX_LARGEST * float(-stance.feet[:, 2].mean())
-    for half in np.arange(np.floor(largest / BOX_STEP), 0.0, -1.0) * BOX_STEP:
-        size = half * BOX_SHAPE
-        if all(np.max(_reached(model, stance, corner * size)[1]) < REACHED for corner in corners):
-            return np.asarray(np.round(size, 3))
-    return None
+    sideways = _moves_sideways(model, stance)
+    shape = BOX_SHAPE if sideways else BOX_SHAPE * [1.0, 0.0, 1.0]
+    height = float(-stance.feet[:, 2].mean())
+    first, largest = BOX_FIRST * height, BOX_LARGEST * height
+    step = min(max(BOX_STEP, first / BOX_TRIES), first)
+    for half in np.arange(np.floor(first / step), 0.0, -1.0) * step:
+        size = half * shape
+        if _is_reached(model, stance, size):
+            break
+    else:
+        return None
+    for axis in GROWING if sideways else GROWING[:2]:
+        while size[axis] + step <= largest[axis]:
+            longer = size.copy()
+            longer[axis] += step
+            if not _is_reached(model, stance, longer):
+                break
+            size = longer
+    return np.asarray(np.maximum(np.round(size, 3), PLANAR))
+
+
+def _moves_sideways(model: WholeBodyModel, stance: Stance) -> bool:
+    """Whether every leg has a joint that moves its foot sideways."""
+    own = [list(chain.joints) for chain in model.legs]
+    sideways = [np.abs(stance.state.J_foot[i][1, joints]).max() for i, joints in enumerate(own)]
+    return bool(min(sideways) > STRAIGHT)
+
+
+def _is_reached(model: WholeBodyModel, stance: Stance, size: Array) -> bool:
+    return all(np.max(_reached(model, stance, corner * size)[1]) < REACHED for corner in CORNERS)
 
 
 def _reached(model: WholeBodyModel, stance: Stance, offset: Array) -> tuple[BodyState, Array]:

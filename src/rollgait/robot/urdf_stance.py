@@ -76,7 +76,7 @@ def nominal_stance(model: WholeBodyModel) -> Stance:
 
     state, errors = reach(model, model.posture, places)
     for name, error in zip(LEG_NAMES, errors, strict=True):
-        if error > TOLERANCE:
+        if not error <= TOLERANCE:
             rule = f"cannot stand: its foot stays {error:.2g} m or rad from the nominal stance"
             raise InputError(f"legs.{name}", model.config.name, rule)
     return Stance(state.q, state, state.p_foot - state.p_com)

@@ -10,13 +10,24 @@ import sys
 from collections.abc import Iterator
 from importlib import resources
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
-from rollgait.config import Config, NonNegative, Number, Positive, PositiveVector3, Range, load_yaml, validate
+from rollgait.config import (
+    Config,
+    NonNegative,
+    Number,
+    Positive,
+    PositiveVector3,
+    Range,
+    Vector3,
+    load_yaml,
+    validate,
+)
 from rollgait.errors import MISSING, FileError, InputError, MissingExtraError, UnknownNameError
 from rollgait.robot.robot import LEG_NAMES, LegName, Robot
+from rollgait.robot.urdf_check import LENGTH_MAX
 
 EXTRA: Final = "whole-body"
 """The optional extra that brings pinocchio and CENTAURO's model."""
@@ -25,19 +36,31 @@ DATA_PREFIX: Final = "example-robot-data:"
 """Begins the path of a file in the installed package example-robot-data."""
 
 
+def _of_a_body(value: float) -> float:
+    if value > LENGTH_MAX:
+        raise ValueError(f"must be at most {LENGTH_MAX:g} m")
+    return value
+
+
+Length = Annotated[NonNegative, AfterValidator(_of_a_body)]
+"""Of a part of a robot, m."""
+
+
 class LegJoints(Config):
     """A leg of the whole body, by the names in the URDF."""
 
     wheel: str | None = None
-    """Frame (link) at the centre of the wheel; none for a point foot."""
+    """Frame (link) of the wheel; none for a point foot."""
     wheel_joint: str | None = None
     """Joint about which the wheel turns."""
     steering_joint: str | None = None
     """Joint that steers the wheel; none for a fixed wheel."""
     foot: str | None = None
-    """Frame (link) of a point foot, at its centre; none for a wheel."""
-    radius: NonNegative | None = None
-    """Radius of the wheel, or of the ball of a point foot, m; read from the URDF's geometry if not given."""
+    """Frame (link) of a point foot; none for a wheel."""
+    radius: Length | None = None
+    """Radius of the wheel or of the ball, m; measured in the URDF's geometry if not given."""
+    centre: Vector3 | None = None
+    """Centre of the wheel or of the ball in its frame, m; measured in the URDF's geometry if not given."""
 
     @model_validator(mode="after")
     def _is_a_wheel_or_a_foot(self) -> LegJoints:
@@ -47,11 +70,13 @@ class LegJoints(Config):
             raise ValueError("must name the wheel and the wheel_joint together")
         if self.steering_joint is not None and self.wheel is None:
             raise ValueError("must not name a steering_joint without a wheel")
+        if self.wheel is not None and self.radius == 0.0:
+            raise ValueError("must have a radius greater than 0, as it names a wheel")
         return self
 
     @property
     def frame(self) -> str:
-        """The frame at the centre of the wheel or of the foot."""
+        """The frame of the wheel or of the foot."""
         return self.wheel or self.foot or ""
 
 
@@ -99,10 +124,10 @@ class WholeBody(Config):
     srdf: str | None = None
     """Path of the SRDF, likewise."""
     posture: str | None = None
-    """Group state of the SRDF that the nominal stance is derived from; all joints at 0 if not given."""
+    """Group state of the SRDF that the nominal stance is derived from; found if no joint's angle is given."""
     joints: dict[str, Number] = Field(default_factory=dict)
     """Joint angles of that posture, over those of the SRDF, rad."""
-    height: Positive | None = None
+    height: Annotated[Positive, AfterValidator(_of_a_body)] | None = None
     """Height of the base link above the ground in the nominal stance, m; the posture's if not given."""
     legs: LegsJoints
     """The four legs."""

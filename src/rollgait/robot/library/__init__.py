@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 
@@ -28,6 +29,12 @@ def find_robot(name: str) -> Robot:
     """
     if name.endswith((".yaml", ".yml")):
         return validate(Robot, load_yaml(Path(name)), "robot")
+    return _of_the_library(name)
+
+
+@lru_cache
+def _of_the_library(name: str) -> Robot:
+    """What comes with the package does not change, nor does what was read of it."""
     if name not in robot_names():
         raise UnknownNameError(
             "robot", name, robot_names(), "is neither a robot of the library nor a .yaml file"

@@ -1,0 +1,143 @@
+"""Bare URDFs: legs, posture, wheels and centres are found, as pinocchio alone finds them, too."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pinocchio", reason="needs the extra whole-body")
+
+import pinocchio as pin
+
+import rollgait as rg
+from rollgait.config import load_yaml
+from rollgait.errors import InputError
+from rollgait.robot.urdf import ImportedRobot
+from rollgait.robot.urdf_model import WholeBodyModel
+from rollgait.robot.urdf_stance import nominal_stance, reach
+from rollgait.robot.whole_body import DATA_PREFIX, load_whole_body
+from tests.robot.lookalikes import LOOKALIKES, SIDES, Lookalike
+
+LEFT = np.array([left for _, left in SIDES.values()])
+
+
+@pytest.fixture(scope="module", params=LOOKALIKES)
+def look(request: pytest.FixtureRequest) -> Lookalike:
+    return LOOKALIKES[request.param]
+
+
+@pytest.fixture(scope="module")
+def imported(look: Lookalike, tmp_path_factory: pytest.TempPathFactory) -> ImportedRobot:
+    urdf = tmp_path_factory.mktemp("robot") / f"{look.name}.urdf"
+    urdf.write_text(look.urdf())
+    return rg.import_robot(urdf)
+
+
+def test_what_is_taken_for_what(look: Lookalike, imported: ImportedRobot) -> None:
+    robot = imported.robot
+    assert {leg.foot for leg in robot.leg_list} == {look.foot}
+    assert robot.mass == pytest.approx(look.mass, rel=1e-4)
+    if look.foot == "point":
+        assert {leg.radius for _, leg in imported.body.leg_list()} == {look.radius}
+    else:
+        assert [leg.wheel_radius for leg in robot.leg_list] == pytest.approx([look.radius] * 4)
+    assert robot.stance[:, 1] == pytest.approx(LEFT * look.half_track, abs=0.01 * look.scale)
+    said = {finding.name: finding for finding in imported.findings}
+    assert ("meshes" in said) == look.meshes
+    assert {f"leg {name}" for name in SIDES} <= set(said)
+
+
+def test_mass_and_places_by_pinocchio_alone(look: Lookalike, imported: ImportedRobot) -> None:
+    """Base, contact points and CoM of the stance, from the URDF as it was written."""
+    model = pin.buildModelFromXML(look.urdf(), pin.JointModelFreeFlyer())
+    data = model.createData()
+    q = pin.neutral(model)
+    ours = WholeBodyModel(imported.body)
+    stance = nominal_stance(ours)
+    for name, angle in zip(ours.joint_names, stance.q[7:], strict=True):
+        joint = model.joints[model.getJointId(name)]
+        if joint.nq == 1:
+            q[joint.idx_q] = angle
+    pin.framesForwardKinematics(model, data, q)
+    com = pin.centerOfMass(model, data, q)
+    for (name, leg), (_, left), place in zip(
+        imported.body.leg_list(), SIDES.values(), imported.robot.stance, strict=True
+    ):
+        frame = data.oMf[model.getFrameId(leg.frame)]
+        tip = (
+            [0.0, 0.0, -0.3 * look.scale]
+            if look.foot == "point" and look.at_joint
+            else [0.0, left * look.offset, 0.0]
+        )
+        contact = frame.act(np.array(tip)) - [0.0, 0.0, look.radius]
+        assert contact - com == pytest.approx(place, abs=2e-5), name
+
+
+def test_the_posture_stands_bent_below_the_hips(look: Lookalike, imported: ImportedRobot) -> None:
+    stance = imported.robot.stance
+    assert np.ptp(stance[:, 2]) < 1e-6
+    ahead = np.array([ahead for ahead, _ in SIDES.values()]) * 0.3 * look.scale
+    assert stance[:, 0] - stance[:, 0].mean() == pytest.approx(ahead, abs=0.03 * look.scale)
+    body = imported.body
+    angles = [angle for name, angle in body.joints.items() if name.endswith("_j3")]
+    assert len(angles) == 4
+    assert min(np.abs(angles)) > 0.5
+
+
+def test_the_box_is_reached_and_no_less(look: Lookalike, imported: ImportedRobot) -> None:
+    model = WholeBodyModel(imported.body)
+    stance, rng = nominal_stance(model), np.random.default_rng(0)
+    box = np.array(imported.robot.box) * [1.0, look.hip_roll, 1.0]
+    for _ in range(10):
+        places = stance.state.p_foot + rng.uniform(-1, 1, (4, 3)) * box
+        assert np.max(reach(model, stance.q, lambda _, places=places: places)[1]) < 1e-6
+    assert box[0] > 0.1 * imported.robot.height
+    assert box[2] > 0.05 * imported.robot.height
+
+
+def test_what_is_written_is_read_again(look: Lookalike, imported: ImportedRobot, tmp_path: Path) -> None:
+    files = imported.save(tmp_path / "robot.yaml")
+    assert rg.find_robot(str(files.robot)).stance == pytest.approx(imported.robot.stance)
+    assert load_whole_body(files.legs).joints == imported.body.joints
+    again = rg.import_robot(imported.body.urdf, legs=files.legs)
+    assert again.robot.stance == pytest.approx(imported.robot.stance, abs=1e-4)
+    scenario = rg.Scenario.from_yaml(files.first)
+    assert scenario.body.mass == pytest.approx(look.mass, rel=1e-4)
+    assert (scenario.gait.kind == "drive") == (not look.hip_roll)
+    assert load_yaml(files.first)["goal"]["x"] > 0.1 * look.scale
+
+
+def test_a_robot_without_four_legs_is_one_sentence(tmp_path: Path) -> None:
+    urdf = tmp_path / "arm.urdf"
+    urdf.write_text(
+        '<robot name="arm"><link name="a"><inertial><mass value="1"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
+    with pytest.raises(InputError, match="legs: must be named in a file") as error:
+        rg.import_robot(urdf)
+    assert "\n" not in str(error.value)
+
+
+QUADRUPEDS = {
+    "a1_description/urdf/a1.urdf": (13.741, 0.02),
+    "go2_description/urdf/go2.urdf": (16.085, 0.0227),
+    "hyq_description/robots/hyq_no_sensors.urdf": (86.774, 0.02175),
+    "solo_description/robots/solo12.urdf": (2.5, 0.016),
+    "anymal_c_simple_description/urdf/anymal.urdf": (52.135, 0.03),
+    "b1_description/urdf/b1.urdf": (55.689, 0.04),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", QUADRUPEDS)
+def test_quadrupeds_of_example_robot_data(file: str) -> None:
+    """Masses and radii as others publish them."""
+    from rollgait.robot.whole_body import _place
+
+    mass, radius = QUADRUPEDS[file]
+    found = rg.import_robot(_place("urdf", DATA_PREFIX + file, Path()))
+    assert found.robot.mass == pytest.approx(mass, abs=2e-3)
+    for _, leg in found.body.leg_list():
+        assert leg.radius == pytest.approx(radius, abs=2e-4)
+    assert {leg.foot for leg in found.robot.leg_list} == {"point"}
+    assert found.robot.static_forces() == pytest.approx([found.robot.weight / 4] * 4, rel=0.25)
