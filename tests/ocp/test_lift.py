@@ -52,6 +52,20 @@ def test_feet_are_up_only_in_swing_and_highest_at_its_middle_node() -> None:
     assert np.all(height[in_air] > 0.0)
 
 
+@given(st.sets(st.integers(0, 19)), st.integers(2, 4))
+def test_on_any_mesh_it_is_highest_at_a_node_and_at_rest_where_the_swing_ends(
+    which: set[int], parts: int
+) -> None:
+    schedule = SCHEDULE.refined(list(which), parts)
+    for swing in schedule.swings():
+        begin, middle, end = schedule.node_times[[swing.lift_off, swing.middle, swing.touch_down]]
+        height, rate = lift(schedule, CLEARANCE, np.array([begin, middle, end]))
+        np.testing.assert_allclose(height[:, swing.leg], [0.0, CLEARANCE, 0.0], atol=1e-12)
+        np.testing.assert_allclose(rate[:, swing.leg], 0.0, atol=1e-12)
+        # cut intervals move the middle node by no more than the mesh is coarse
+        assert abs(middle - 0.5 * (begin + end)) <= 0.5 * 0.1 + 1e-9
+
+
 @given(st.integers(1, 12), st.floats(0.3, 1.0))
 def test_each_lift_comes_down_again(steps: int, fraction: float) -> None:
     schedule = put_on_mesh(Crawl(steps=steps, swing_fraction=fraction), 10.0, 0.1)

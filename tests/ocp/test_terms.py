@@ -10,11 +10,15 @@ import pytest
 
 from rollgait.errors import InputError, UnknownNameError
 from rollgait.ocp.instant import Instant
+from rollgait.ocp.lift import lift
 from rollgait.ocp.problem import ALL_COSTS, Problem, make_problem
 from rollgait.ocp.term import INPUT, Constraint, Cost, Data, FootConstraint, Phase, Place, Term
 from rollgait.robot.robot import LEG_NAMES, Robot
-from rollgait.scenario.profile import EXECUTABLE, PAPER
+from rollgait.scenario.mesh import Mesh
+from rollgait.scenario.profile import PROFILES
 from rollgait.scenario.scenario import Scenario
+from rollgait.scenario.schedule import ContactSchedule
+from rollgait.transcription import transcribe
 from tests.expressions import value
 from tests.instants import as_instant, data_of, random_numbers
 from tests.plan.builders import robot as simple_robot
@@ -111,10 +115,12 @@ def test_a_weight_switches_a_cost_on_and_off(cost: type[Cost]) -> None:
 
 
 def test_the_paper_has_its_terms_and_no_others() -> None:
-    assert {cost.name for cost in make_problem(scenario(profile="paper")).costs} == set(PAPER["weights"])
+    assert {cost.name for cost in make_problem(scenario(profile="paper")).costs} == set(
+        PROFILES["paper"]["weights"]
+    )
     paper, executable = (names(make_problem(scenario(profile=p))) for p in ("paper", "executable"))
     assert executable - paper == {
-        *(set(EXECUTABLE["weights"]) - set(PAPER["weights"])),
+        *(set(PROFILES["executable"]["weights"]) - set(PROFILES["paper"]["weights"])),
         *("joint_steering", "reach", "acceleration", "touchdown_speed", "level_at_end"),
     }
     assert paper - executable == {"steering"}, "a range of σ − θz, in place of the joints behind it"
@@ -187,6 +193,71 @@ def test_phases_divide_the_horizon(kind: str) -> None:
                 in_stance = problem.schedule.contact[leg]
                 wanted = in_stance if term.phase is Phase.STANCE else ~in_stance
                 np.testing.assert_array_equal(term.holds(problem, Place.NODE, leg), wanted)
+
+
+# -- on a mesh of unequal intervals --------------------------------------------------------------------------
+
+LENGTHS = 0.2 * np.array([0.5, 1.5, 0.8, 1.2, 1.0, 1.7, 0.3, 1.0, 1.0, 1.0])
+
+
+def uneven(kind: str = "steerable", **values: Any) -> Problem:
+    asked = scenario(kind, **values)
+    schedule = ContactSchedule(asked.schedule.contact, Mesh(LENGTHS))
+    return make_problem(asked, schedule=schedule)
+
+
+def term_of(problem: Problem, name: str) -> FootConstraint:
+    (term,) = [term for term in problem.constraints if term.name == name]
+    assert isinstance(term, FootConstraint)
+    return term
+
+
+def test_an_acceleration_is_over_the_time_between_the_middles_of_two_intervals() -> None:
+    problem = uneven(bounds={"acceleration_max": 2.0, "swing_acceleration_max": 5.0})
+    mesh = problem.schedule.mesh
+    for leg in range(4):
+        low, high = np.asarray(term_of(problem, "acceleration").limits(problem, leg))
+        contact = problem.schedule.contact[leg]
+        stays = contact & np.append(True, contact[:-1])
+        between = np.append(LENGTHS[0], np.diff(mesh.times[:-1] + 0.5 * LENGTHS))
+        np.testing.assert_allclose(high[0], np.where(stays, 2.0, 5.0) * between)
+        np.testing.assert_array_equal(low, -high)
+
+
+def test_friction_is_narrowed_by_the_turn_in_each_interval() -> None:
+    problem = uneven(bounds={"steering_rate_max": 2.0}, ground={"friction": 0.6})
+    mu = np.asarray(term_of(problem, "friction").data(problem, 0)["mu"])
+    np.testing.assert_allclose(
+        mu, 0.6 * np.cos(LENGTHS)[None, :] / (2**0.5 if problem.scenario.bounds.inscribed else 1.0)
+    )
+
+
+def test_between_two_nodes_a_box_is_tightened_for_the_longer_interval_beside_each() -> None:
+    problem = uneven()
+    stage = transcribe("condensed", problem).nlp.blocks[0].stage
+    row = next(i for i, label in enumerate(stage.labels) if label.term == "box")
+    box, curvature = problem.robot.box[0], term_of(problem, "box").curvature
+    longest = np.maximum(LENGTHS, np.append(0.0, LENGTHS[:-1]))
+    np.testing.assert_allclose(stage.upper[row], box - curvature * longest**2 / 8.0)
+
+
+def test_goals_and_lifts_are_those_of_their_intervals() -> None:
+    problem = uneven(goal={"x": 0.1, "then": [{"at": 1.2, "x": 0.2}]})
+    middles = problem.schedule.node_times[:-1] + 0.5 * LENGTHS
+    np.testing.assert_array_equal(problem.goals[0], np.where(middles < 1.2, 0.1, 0.2))
+    rate = problem.lift_rate
+    np.testing.assert_array_equal((rate != 0.0).any(axis=0), ~problem.schedule.contact)
+    for j, point in enumerate(0.5 + 0.5 * np.array([-1.0, 1.0]) / np.sqrt(3.0)):
+        times = problem.schedule.node_times[:-1] + point * LENGTHS
+        wanted = lift(problem.schedule, problem.scenario.clearance, times)[1]
+        np.testing.assert_allclose(rate[j], wanted.T, atol=1e-12)
+
+
+def test_a_schedule_of_another_horizon_is_refused() -> None:
+    asked = scenario()
+    schedule = ContactSchedule(asked.schedule.contact, Mesh.equal(2.1, 10))
+    with pytest.raises(InputError, match=r"schedule\.horizon: 2\.1 must have the scenario's horizon of 2 s"):
+        make_problem(asked, schedule=schedule)
 
 
 def test_start_is_standing_at_the_nominal_place() -> None:

@@ -46,8 +46,8 @@ def solutions(transcribed: Transcribed) -> dict[str, Solution]:
 
 def test_all_solvers_find_the_same_solution(transcribed: Transcribed, solutions: dict[str, Solution]) -> None:
     reference = solutions["ipopt"]
-    wanted = transcribed.decode(reference.w)
-    times, robot = np.linspace(0.0, wanted.horizon, 50), transcribed.problem.robot
+    problem = transcribed.problem
+    times, robot = np.linspace(0.0, problem.schedule.horizon, 50), problem.robot
     for way, solution in solutions.items():
         assert solution.cost == pytest.approx(reference.cost, rel=1e-4), way
         found, expected = (transcribed.decode(w).sample(times, robot) for w in (solution.w, reference.w))

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from rollgait.plan.trajectory import CollocationTrajectory
 from rollgait.transcription.collocation import Collocation, transcribe
 from rollgait.transcription.guess import kinematic_guess
-from tests.transcription.problems import KINDS, about_the_guess, small_problem
+from tests.transcription.problems import CASES, about_the_guess, problem_of
 
 Array = NDArray[np.float64]
 
 
-@pytest.fixture(scope="module", params=KINDS)
+@pytest.fixture(scope="module", params=CASES)
 def transcribed(request: pytest.FixtureRequest) -> Collocation:
-    return transcribe(small_problem(request.param))
+    return transcribe(problem_of(request.param))
 
 
 def test_decoding_is_the_inverse_of_encoding(transcribed: Collocation) -> None:
@@ -29,26 +29,25 @@ def test_decoding_is_the_inverse_of_encoding(transcribed: Collocation) -> None:
 
 
 def test_a_motion_keeps_its_values_at_the_collocation_points(transcribed: Collocation) -> None:
-    problem, h = transcribed.problem, transcribed.problem.schedule.interval
+    problem, mesh = transcribed.problem, transcribed.problem.schedule.mesh
     guess = kinematic_guess(problem)
     trajectory = transcribed.decode(transcribed.encode(guess))
     points = 0.5 + 0.5 * np.array([-np.sqrt(0.6), 0.0, np.sqrt(0.6)])
-    times = (h * (np.arange(problem.schedule.intervals)[:, None] + points)).ravel()
+    times = (mesh.times[:-1, None] + np.outer(mesh.lengths, points)).ravel()
     planned, wanted = trajectory.sample(times, problem.robot), guess(times)
     np.testing.assert_allclose(planned.com_position, wanted.com_position, atol=1e-12)
     np.testing.assert_allclose(planned.euler_rate, wanted.euler_rate, atol=1e-12)
     np.testing.assert_allclose(planned.foot_position[..., :2], wanted.foot_position[..., :2], atol=1e-12)
     if problem.robot.legs.FL.foot == "steerable":
         np.testing.assert_allclose(planned.heading, wanted.heading, atol=1e-12)
-    middles = h * (np.arange(problem.schedule.intervals) + 0.5)
     np.testing.assert_allclose(
-        trajectory.sample(middles, problem.robot).force, guess(middles).force, atol=1e-9
+        trajectory.sample(mesh.middles, problem.robot).force, guess(mesh.middles).force, atol=1e-9
     )
 
 
 def test_touchdown_speed_is_that_at_the_end_of_the_swing() -> None:
     """Read from the row that bounds it; heights are in disorder, so that no other instant has this speed."""
-    transcribed = transcribe(small_problem())
+    transcribed = transcribe(problem_of("uneven"))
     nlp, w = transcribed.nlp, about_the_guess(transcribed)
     g = np.asarray(nlp.functions["nlp_g"](w, nlp.parameters)).ravel()
     ((interval, row),) = [
@@ -56,7 +55,7 @@ def test_touchdown_speed_is_that_at_the_end_of_the_swing() -> None:
         for origin, value in zip(nlp.origins, g, strict=True)
         if origin.label.term == "touchdown_speed"
     ]
-    h = transcribed.problem.schedule.interval
+    h = transcribed.problem.schedule.lengths[interval]
     landing = transcribed.decode(w)
     assert isinstance(landing, CollocationTrajectory)
     # the row reads the heights of the interval: the slope at τ = 1 of the parabola through them

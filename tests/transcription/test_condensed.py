@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from rollgait.plan.condensed import CondensedTrajectory
 from rollgait.transcription.condensed import Condensed, transcribe
 from rollgait.transcription.guess import kinematic_guess
-from tests.transcription.problems import KINDS, about_the_guess, small_problem
+from tests.transcription.problems import CASES, about_the_guess, problem_of, small_problem
 
 Array = NDArray[np.float64]
 
 
-@pytest.fixture(scope="module", params=KINDS)
+@pytest.fixture(scope="module", params=CASES)
 def transcribed(request: pytest.FixtureRequest) -> Condensed:
-    return transcribe(small_problem(request.param))
+    return transcribe(problem_of(request.param))
 
 
 def value(transcribed: Condensed, name: str, w: Array) -> Array:
@@ -50,7 +50,7 @@ def test_a_motion_keeps_its_values_at_the_nodes(transcribed: Condensed) -> None:
     np.testing.assert_allclose(planned.euler, wanted.euler, atol=1e-12)
     np.testing.assert_allclose(planned.euler_rate, wanted.euler_rate, atol=1e-10)
     np.testing.assert_allclose(planned.foot_position, wanted.foot_position, atol=1e-12)
-    middles = nodes + 0.5 * problem.schedule.interval
+    middles = problem.schedule.mesh.middles
     np.testing.assert_allclose(
         trajectory.sample(middles, problem.robot).force, guess(middles).force, atol=1e-9
     )
@@ -117,4 +117,4 @@ def test_the_trajectory_is_of_the_condensed_kind(transcribed: Condensed) -> None
     assert isinstance(trajectory, CondensedTrajectory)
     schedule = transcribed.problem.schedule
     np.testing.assert_array_equal(trajectory.contact, schedule.contact.T)
-    assert trajectory.horizon == pytest.approx(schedule.horizon)
+    assert trajectory.mesh == schedule.mesh

@@ -75,9 +75,9 @@ def test_feet_follow_the_smooth_lift_and_the_contacts_the_schedule(library: Prob
     t = times(library)
     s = kinematic_guess(library)(t)
     np.testing.assert_allclose(
-        s.foot_position[..., 2], lift(library.schedule, library.scenario.gait.clearance, t)[0], atol=1e-12
+        s.foot_position[..., 2], lift(library.schedule, library.scenario.clearance, t)[0], atol=1e-12
     )
-    middles = library.schedule.node_times[:-1] + 0.5 * library.schedule.interval
+    middles = library.schedule.mesh.middles
     np.testing.assert_array_equal(kinematic_guess(library)(middles).contact, library.schedule.contact.T)
 
 
@@ -124,10 +124,10 @@ def test_headings_keep_their_range_and_rate(library: Problem) -> None:
 
 def test_point_feet_stand_in_stance_and_step_towards_the_goal() -> None:
     of = problem("legged-forward")
-    guess, h = kinematic_guess(of), of.schedule.interval
+    guess, nodes = kinematic_guess(of), of.schedule.node_times
     for leg in range(4):
         for k in np.flatnonzero(of.schedule.contact[leg]):
-            begin, end = guess(np.array([k * h + 1e-9, (k + 1) * h])).foot_position[:, leg, :2]
+            begin, end = guess(np.array([nodes[k] + 1e-9, nodes[k + 1]])).foot_position[:, leg, :2]
             np.testing.assert_allclose(begin, end, atol=1e-6)
     last = guess(np.array([of.schedule.horizon])).foot_position[0]
     np.testing.assert_allclose(last[:, :2], of.robot.stance[:, :2] + [0.7, 0.0], atol=1e-9)

@@ -12,12 +12,20 @@ from numpy.typing import NDArray
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.problem import make_problem
 from rollgait.ocp.term import INPUT, Constraint, Data, FootConstraint, Limits, Mask, Place
+from rollgait.scenario import ContactSchedule, Mesh
 from rollgait.transcription import TRANSCRIPTION_NAMES
 from rollgait.transcription import transcribe as transcribe_by
 from rollgait.transcription.base import Transcribed
 from rollgait.transcription.collocation import transcribe
 from rollgait.transcription.nlp import Nlp
-from tests.transcription.problems import KINDS, about_the_guess, small_problem
+from tests.transcription.problems import (
+    CASES,
+    KINDS,
+    UNEVEN,
+    about_the_guess,
+    problem_of,
+    small_problem,
+)
 
 Array = NDArray[np.float64]
 
@@ -25,10 +33,10 @@ STEP = 1e-5
 """Of central differences, in the scaling of the solver."""
 
 
-@pytest.fixture(scope="module", params=product(TRANSCRIPTION_NAMES, KINDS), ids="-".join)
+@pytest.fixture(scope="module", params=product(TRANSCRIPTION_NAMES, CASES), ids="-".join)
 def transcribed(request: pytest.FixtureRequest) -> Transcribed:
-    name, kind = request.param
-    return transcribe_by(name, small_problem(kind))
+    name, case = request.param
+    return transcribe_by(name, problem_of(case))
 
 
 def values(nlp: Nlp, name: str, *arguments: object) -> list[Array]:
@@ -158,16 +166,17 @@ def test_every_row_that_is_left_has_a_free_variable(transcribed: Transcribed) ->
 # -- numbers are parameters ----------------------------------------------------------------------------------
 
 
-def test_another_robot_and_goal_need_no_new_functions() -> None:
+@pytest.mark.parametrize("lengths", [None, 0.84 / 0.9 * np.array(UNEVEN)], ids=["even", "uneven"])
+def test_another_robot_goal_and_mesh_need_no_new_functions(lengths: Array | None) -> None:
     first = transcribe(small_problem()).nlp
-    other = transcribe(
-        make_problem(
-            small_problem().scenario.with_values(
-                {"robot.mass": 70.0, "robot.inertia.xx": 12.0, "goal.x": 0.1, "ground.friction": 0.7}
-                | {"weights.feet": 3.0, "interval": 0.14, "horizon": 0.84}
-            )
-        )
+    scenario = small_problem().scenario.with_values(
+        {"robot.mass": 70.0, "robot.inertia.xx": 12.0, "goal.x": 0.1, "ground.friction": 0.7}
+        | {"weights.feet": 3.0, "interval": 0.14, "horizon": 0.84}
     )
+    schedule = scenario.schedule
+    if lengths is not None:
+        schedule = ContactSchedule(schedule.contact, Mesh(lengths))
+    other = transcribe(make_problem(scenario, schedule=schedule))
     w = about_the_guess(other)
     assert first.size == other.nlp.size
     for name in ("nlp_f", "nlp_g", "nlp_grad_f"):

@@ -6,35 +6,53 @@ Every foot has two planar inputs, called its motion:
     fixed       (v, v⊥)    ṗ = Rz(σ) (v, v⊥), σ = θz + constant; v⊥ only in swing
     point       (ẋ, ẏ)     ṗ = (ẋ, ẏ), only in swing
 
-CasADi expressions throughout.
+This is their only home: problem, step, trajectories and plants take them from here. The certificate does not.
+All functions take the module that does the arithmetic, `xp`: casadi for expressions, numpy or math for
+numbers.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-
-import casadi as ca
+from typing import Any
 
 from rollgait.robot.robot import FootKind
+
+Scalar = Any
+"""A CasADi expression, a number, or a NumPy array over many feet or times at once."""
 
 
 @dataclass(frozen=True)
 class PlanarMotion:
-    """What a foot's motion means in the world: headings in rad, speeds in m/s, rates in rad/s."""
+    """What a foot's motion means in the world: headings in rad, speeds in m/s, rates in rad/s.
 
-    velocity: ca.SX
-    heading: ca.SX
-    heading_rate: ca.SX
-    speed: ca.SX
-    lateral_speed: ca.SX
+    Attributes:
+        velocity: ṗ, (x, y).
+        heading, heading_rate: σ and σ̇; 0 for a point foot, which has none.
+        speed, lateral_speed: along the heading and to its left; 0 for a point foot.
+    """
+
+    velocity: tuple[Scalar, Scalar]
+    heading: Scalar
+    heading_rate: Scalar
+    speed: Scalar
+    lateral_speed: Scalar
 
 
 def planar_motion(
-    kind: FootKind, motion: ca.SX, sigma: ca.SX, yaw: ca.SX, yaw_rate: ca.SX, offset: ca.SX
+    xp: Any,
+    kind: FootKind,
+    motion: Sequence[Scalar] | Scalar,
+    sigma: Scalar,
+    yaw: Scalar,
+    yaw_rate: Scalar,
+    offset: Scalar,
 ) -> PlanarMotion:
     """Velocity, heading and speed of a foot.
 
     Args:
+        xp: does the arithmetic.
         kind: of the foot.
         motion: its two planar inputs.
         sigma: σ, the heading of a steerable wheel; not used otherwise.
@@ -42,12 +60,38 @@ def planar_motion(
         yaw_rate: θ̇z.
         offset: σ − θz of a fixed wheel.
     """
-    zero = ca.SX(0)
+    first, second = motion[0], motion[1]
     if kind == "point":
-        return PlanarMotion(motion, zero, zero, zero, zero)
+        return PlanarMotion((first, second), 0.0, 0.0, 0.0, 0.0)
     steers = kind == "steerable"
     heading = sigma if steers else yaw + offset
-    v, lateral = motion[0], zero if steers else motion[1]
-    c, s = ca.cos(heading), ca.sin(heading)
-    velocity = ca.vertcat(c * v - s * lateral, s * v + c * lateral)
-    return PlanarMotion(velocity, heading, motion[1] if steers else yaw_rate, v, lateral)
+    c, s = xp.cos(heading), xp.sin(heading)
+    if steers:
+        return PlanarMotion((c * first, s * first), heading, second, first, 0.0)
+    return PlanarMotion((c * first - s * second, s * first + c * second), heading, yaw_rate, first, second)
+
+
+def planar_inputs(
+    xp: Any,
+    kind: FootKind,
+    velocity: Sequence[Scalar] | Scalar,
+    heading: Scalar,
+    heading_rate: Scalar,
+    speed: Scalar,
+) -> tuple[Scalar, Scalar]:
+    """The inverse of `planar_motion`: the two inputs that move a foot so.
+
+    Args:
+        xp: does the arithmetic.
+        kind: of the foot.
+        velocity: ṗ, (x, y), m/s; a steerable wheel has only that along its heading, which `speed` says.
+        heading, heading_rate: σ and σ̇, rad and rad/s; not used for a point foot.
+        speed: along the heading, m/s; used for a steerable wheel only.
+    """
+    vx, vy = velocity[0], velocity[1]
+    if kind == "point":
+        return vx, vy
+    if kind == "steerable":
+        return speed, heading_rate
+    c, s = xp.cos(heading), xp.sin(heading)
+    return c * vx + s * vy, c * vy - s * vx

@@ -18,11 +18,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from rollgait.dynamics.foot import Scalar, planar_motion
 from rollgait.polynomials import HEIGHT_POINTS, gauss_points
 from rollgait.robot.robot import GRAVITY, FootKind
 
-Scalar = Any
-"""A CasADi expression or a NumPy array."""
 Vector = Sequence[Scalar]
 
 POINTS = tuple(float(c) for c in gauss_points(HEIGHT_POINTS))
@@ -162,16 +161,11 @@ def _yaw_path(
 def _velocity(
     xp: Any, robot: Figures, i: int, foot: FootState, u: FootInput, h: Scalar, c: float, yaw_at: Any
 ) -> list[Scalar]:
-    """Planar velocity of a foot at the fraction c of the step (equation 4, and the other kinds)."""
-    first, second = u.motion
-    if robot.kinds[i] == "point":
-        return [first, second]
-    if robot.kinds[i] == "steerable":
-        heading = foot.sigma + c * h * second
-        return [first * xp.cos(heading), first * xp.sin(heading)]
-    heading = yaw_at(c) + robot.heading_offset[i]
-    cosine, sine = xp.cos(heading), xp.sin(heading)
-    return [cosine * first - sine * second, sine * first + cosine * second]
+    """Planar velocity of a foot at the fraction c of the step."""
+    kind = robot.kinds[i]
+    sigma = foot.sigma + c * h * u.motion[1] if kind == "steerable" else foot.sigma
+    yaw = yaw_at(c) if kind == "fixed" else 0.0
+    return list(planar_motion(xp, kind, u.motion, sigma, yaw, 0.0, robot.heading_offset[i]).velocity)
 
 
 def _moment(

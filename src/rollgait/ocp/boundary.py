@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from rollgait.ocp.instant import Foot, Instant
-from rollgait.ocp.term import END, INPUT, Constraint, Data, FootConstraint, Limits, Mask, Place
+from rollgait.ocp.term import END, INPUT, Constraint, Data, FootConstraint, Limits, Mask, Place, Role
 
 if TYPE_CHECKING:
     from rollgait.ocp.problem import Problem
@@ -18,6 +18,9 @@ class RestAtEnd(Constraint):
     """ṙ(T) = 0."""
 
     name = "rest_at_end"
+    role = Role.END
+    sentence = "the body would not end at rest"
+    keeps = True
     places = END
     lower = upper = 0.0
     unit = "m/s"
@@ -30,6 +33,8 @@ class WheelsRestAtEnd(FootConstraint):
     """v_i(T) = 0: v is constant in an interval, so the last one rolls at zero."""
 
     name = "wheels_rest_at_end"
+    role = Role.END
+    sentence = "the wheel would not end at rest"
     places = INPUT
     lower = upper = 0.0
     unit = "m/s"
@@ -49,6 +54,9 @@ class LevelAtEnd(Constraint):
     """θ̇(T) = 0 and pitch(T) = roll(T) = 0 (executable): the paper's plans end tumbling."""
 
     name = "level_at_end"
+    keys = ("level_at_end",)
+    role = Role.END
+    sentence = "the base would not end level and at rest"
     places = END
     lower = upper = 0.0
     unit = "rad, rad/s"
@@ -65,6 +73,9 @@ class StanceAtEnd(FootConstraint):
     """
 
     name = "stance_at_end"
+    role = Role.END
+    sentence = "the foot would not end at its nominal place"
+    keeps = True
     places = END
     unit = "m"
 
@@ -97,6 +108,9 @@ class HeightAtEnd(Constraint):
     """
 
     name = "height_at_end"
+    role = Role.END
+    sentence = "the body would not end at its nominal height"
+    keeps = True
     places = END
     lower = upper = 0.0
     unit = "m"

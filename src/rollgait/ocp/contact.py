@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from rollgait.ocp.instant import Foot, Instant
-from rollgait.ocp.term import INPUT, Data, FootConstraint, Limits, Mask, Phase, Place
+from rollgait.ocp.term import INPUT, Data, FootConstraint, Limits, Mask, Phase, Place, Role
 
 if TYPE_CHECKING:
     from rollgait.ocp.problem import Problem
@@ -22,6 +22,7 @@ class StanceHeight(FootConstraint):
     """
 
     name = "stance_height"
+    role = Role.PHYSICS
     places = frozenset({Place.NODE, Place.HEIGHT_POINTS, Place.TERMINAL})
     phase = Phase.STANCE
     lower = upper = 0.0
@@ -43,6 +44,7 @@ class StanceMotion(FootConstraint):
     """A point foot stands still in stance, a fixed wheel does not slip sideways. (A steerable one cannot.)"""
 
     name = "stance_motion"
+    role = Role.PHYSICS
     places = INPUT
     phase = Phase.STANCE
     lower = upper = 0.0
@@ -59,10 +61,12 @@ class SwingForce(FootConstraint):
     """f_i = 0 in swing."""
 
     name = "swing_force"
+    role = Role.PHYSICS
     places = INPUT
     phase = Phase.SWING
     lower = upper = 0.0
     unit = "N"
+    by_weight = True
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         return foot.force
@@ -72,11 +76,12 @@ class Clearance(FootConstraint):
     """p_z = terrain + z_fly at the node nearest to the middle of the swing."""
 
     name = "clearance"
+    role = Role.PHYSICS
     places = INPUT
     unit = "m"
 
     def limits(self, problem: Problem, leg: int) -> Limits:
-        z_fly = problem.scenario.gait.clearance
+        z_fly = problem.scenario.clearance
         return z_fly, z_fly
 
     def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
@@ -95,6 +100,7 @@ class AboveGround(FootConstraint):
     """
 
     name = "ground"
+    role = Role.PHYSICS
     places = INPUT
     phase = Phase.SWING
     lower = 0.0
@@ -108,11 +114,15 @@ class TouchdownSpeed(FootConstraint):
     """|ṗz| ≤ touchdown_speed at the end of the swing: the foot is set down, not dropped (executable)."""
 
     name = "touchdown_speed"
+    keys = ("touchdown_speed",)
+    sentence = "the foot would have to be set down faster"
+    bound = ("touchdown_speed", "faster touch-downs")
+    left_out_at_first = True
     places = frozenset({Place.INTERVAL_END})
     unit = "m/s"
 
     def limits(self, problem: Problem, leg: int) -> Limits:
-        limit = problem.scenario.value_of("bounds", self.name)
+        limit = problem.bound(self.name)
         return -limit, limit
 
     def holds(self, problem: Problem, place: Place, leg: int) -> Mask:

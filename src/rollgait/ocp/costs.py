@@ -24,8 +24,8 @@ class Acceleration(Cost):
 
     name = "acc"
 
-    def expression(self, x: Instant, d: Data) -> ca.SX:
-        return ca.sumsqr(x.ddr)
+    def residual(self, x: Instant, d: Data) -> ca.SX:
+        return x.ddr
 
 
 class Goal(Cost):
@@ -36,24 +36,33 @@ class Goal(Cost):
     def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
         return {"pose": problem.goals}
 
-    def expression(self, x: Instant, d: Data) -> ca.SX:
-        square: ca.SX = ca.sumsqr(ca.vertcat(x.r, x.theta) - d.pose)
-        return square
+    def residual(self, x: Instant, d: Data) -> ca.SX:
+        error: ca.SX = ca.vertcat(x.r, x.theta) - d.pose
+        return error
 
 
 class ForceChange(Cost):
-    """L_force = h_ref² Σ‖(f_k − f_{k−1}) / h‖², forces in N, swing force counted as zero, none at k = 0."""
+    """L_force = h_ref² Σ‖(f_k − f_{k−1}) / h‖², forces in N, swing force counted as zero, none at k = 0.
+
+    A force is constant in an interval, its value at the middle: it changes within the time h between the
+    middles of both, over which the square counts. (Where a contact changes it jumps, on any mesh: the shorter
+    the intervals there, the more that costs, though it can hardly be avoided.)
+    """
 
     name = "force"
 
     def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
-        has_previous = np.arange(problem.schedule.intervals)[None, :] > 0
-        return {"has_previous": has_previous.astype(float)}
+        mesh = problem.schedule.mesh
+        between = mesh.between_middles
+        # the square is taken over the time between the middles, the integral over the interval alone
+        factor = FORCE_INTERVAL_REF / between * np.sqrt(between / mesh.lengths)
+        factor[0] = 0.0
+        return {"factor": factor[None, :]}
 
-    def expression(self, x: Instant, d: Data) -> ca.SX:
+    def residual(self, x: Instant, d: Data) -> ca.SX:
         change = ca.vertcat(*(foot.force - foot.previous_force for foot in x.feet))
-        square: ca.SX = d.has_previous * FORCE_INTERVAL_REF**2 * ca.sumsqr(change / x.body.interval)
-        return square
+        rate: ca.SX = d.factor * change
+        return rate
 
 
 class Feet(Cost):
@@ -61,8 +70,8 @@ class Feet(Cost):
 
     name = "feet"
 
-    def expression(self, x: Instant, d: Data) -> ca.SX:
-        return sum((ca.sumsqr(foot.p_body - x.body.stance[:, foot.index]) for foot in x.feet), start=ca.SX(0))
+    def residual(self, x: Instant, d: Data) -> ca.SX:
+        return ca.SX(ca.vertcat(*(foot.p_body - x.body.stance[:, foot.index] for foot in x.feet)))
 
 
 class Speed(Cost):
@@ -74,8 +83,8 @@ class Speed(Cost):
         contact_only = problem.scenario.weights.speed_in_contact_only
         return {"counts": (problem.schedule.contact | (not contact_only)).astype(float)}
 
-    def expression(self, x: Instant, d: Data) -> ca.SX:
-        return sum((d.counts[foot.index] * foot.speed**2 for foot in x.feet), start=ca.SX(0))
+    def residual(self, x: Instant, d: Data) -> ca.SX:
+        return ca.SX(ca.vertcat(*(d.counts[foot.index] * foot.speed for foot in x.feet)))
 
 
 class HeadingRate(Cost):
@@ -83,8 +92,8 @@ class HeadingRate(Cost):
 
     name = "yaw"
 
-    def expression(self, x: Instant, d: Data) -> ca.SX:
-        return sum((foot.heading_rate**2 for foot in x.feet if foot.kind == "steerable"), start=ca.SX(0))
+    def residual(self, x: Instant, d: Data) -> ca.SX:
+        return ca.SX(ca.vertcat(*(foot.heading_rate for foot in x.feet if foot.kind == "steerable")))
 
 
 class Tilt(Cost):
@@ -92,8 +101,8 @@ class Tilt(Cost):
 
     name = "tilt"
 
-    def expression(self, x: Instant, d: Data) -> ca.SX:
-        return ca.sumsqr(x.theta[1:])
+    def residual(self, x: Instant, d: Data) -> ca.SX:
+        return x.theta[1:]
 
 
 class TerminalGoal(Cost):
@@ -105,9 +114,8 @@ class TerminalGoal(Cost):
     def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
         return {"pose": problem.goals}
 
-    def expression(self, x: Instant, d: Data) -> ca.SX:
-        square: ca.SX = ca.sumsqr(x.r[:2] - d.pose[:2]) + (x.theta[0] - d.pose[3]) ** 2
-        return square
+    def residual(self, x: Instant, d: Data) -> ca.SX:
+        return ca.SX(ca.vertcat(x.r[:2] - d.pose[:2], x.theta[0] - d.pose[3]))
 
 
 class Lift(Cost):
@@ -123,12 +131,13 @@ class Lift(Cost):
         rate, swing = problem.lift_rate, ~problem.schedule.contact
         return {"rate": rate.reshape(-1, rate.shape[-1]), "counts": swing.astype(float)}
 
-    def expression(self, x: Instant, d: Data) -> ca.SX:
-        total = ca.SX(0)
+    def residual(self, x: Instant, d: Data) -> ca.SX:
+        parts = []
         for foot in x.feet:
             reference = d.rate[foot.index :: len(x.feet)]
-            total += d.counts[foot.index] * ca.sumsqr(foot.lift_rate - reference) / reference.numel()
-        return total
+            mean = np.sqrt(1.0 / reference.numel())
+            parts.append(mean * d.counts[foot.index] * (foot.lift_rate - reference))
+        return ca.SX(ca.vertcat(*parts))
 
 
 class SwingMotion(Cost):
@@ -136,7 +145,7 @@ class SwingMotion(Cost):
 
     name = "swing"
 
-    def expression(self, x: Instant, d: Data) -> ca.SX:
+    def residual(self, x: Instant, d: Data) -> ca.SX:
         free = [foot.motion for foot in x.feet if foot.kind == "point"]
         free += [foot.motion[1] for foot in x.feet if foot.kind == "fixed"]
-        return ca.sumsqr(ca.vertcat(*free)) if free else ca.SX(0)
+        return ca.SX(ca.vertcat(*free))

@@ -28,19 +28,21 @@ class Friction(FootConstraint):
     """
 
     name = "friction"
+    sentence = "the contact force would have to leave the friction cone"
     places = ENDS
     phase = Phase.STANCE
     lower = 0.0
     unit = "N"
+    by_weight = True
 
     def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
-        mu = problem.scenario.ground.friction
-        if problem.scenario.bounds.inscribed:
+        mu = problem.friction
+        if problem.bound("inscribed"):
             mu /= np.sqrt(2.0)
-        turn = 0.0
+        turn = np.zeros(problem.schedule.intervals)
         if problem.robot.leg_list[leg].foot != "point":
-            turn = problem.scenario.steering_rate_max(leg) * problem.schedule.interval
-        return {"mu": [mu * np.cos(0.5 * min(turn, LARGEST_TURN))]}
+            turn = problem.steering_rate_max(leg) * problem.schedule.lengths
+        return {"mu": mu * np.cos(0.5 * np.minimum(turn, LARGEST_TURN))[None, :]}
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         tangential, normal = foot.force_contact[:2], foot.force_contact[2]
@@ -52,13 +54,15 @@ class ForceLimits(FootConstraint):
     """force_min ≤ f^z ≤ force_max in stance; force_min is 0 in the paper."""
 
     name = "force_limits"
+    sentence = "the normal force would have to leave its limits"
     places = INPUT
     phase = Phase.STANCE
     unit = "N"
+    by_weight = True
 
     def limits(self, problem: Problem, leg: int) -> Limits:
-        own = problem.scenario.value_of("bounds", "force_max") or np.inf
-        low = problem.scenario.value_of("bounds", "force_min") or 0.0
+        own = problem.bound("force_max") or np.inf
+        low = problem.bound("force_min") or 0.0
         return low, min(own, problem.robot.leg_list[leg].force_max)
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rollgait.ocp.instant import Instant
-from rollgait.ocp.term import END, Constraint, Data
+from rollgait.ocp.term import END, Constraint, Data, Role
 
 if TYPE_CHECKING:
     from rollgait.ocp.problem import Problem
@@ -20,6 +20,8 @@ class GoalPlace(Constraint):
     """|r_x − goal| and |r_y − goal| ≤ tolerance at T."""
 
     name = "goal_distance"
+    role = Role.GOAL
+    sentence = "the goal would not be reached"
     places = END
     unit = "m"
 
@@ -39,6 +41,8 @@ class GoalYaw(Constraint):
     """|yaw − goal| ≤ tolerance at T."""
 
     name = "goal_yaw"
+    role = Role.GOAL
+    sentence = "the goal would not be reached"
     places = END
     unit = "rad"
 

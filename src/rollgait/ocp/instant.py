@@ -13,7 +13,7 @@ from functools import cached_property
 
 import casadi as ca
 
-from rollgait.dynamics.foot import PlanarMotion, planar_motion
+from rollgait.dynamics.foot import planar_motion
 from rollgait.dynamics.rigid_body import acceleration
 from rollgait.dynamics.rotations import R_world_base, R_z
 from rollgait.robot.robot import FootKind
@@ -167,8 +167,8 @@ def make_instant(
     R_yaw = R_z(theta[0])
     feet = []
     for i, kind in enumerate(kinds):
-        planar: PlanarMotion = planar_motion(
-            kind, inputs.motion[i], sigma[i], theta[0], base_rate[3], body.heading_offset[i]
+        planar = planar_motion(
+            ca, kind, inputs.motion[i], sigma[i], theta[0], base_rate[3], body.heading_offset[i]
         )
         p = ca.vertcat(foot_xy[i], foot_z[i])
         feet.append(
@@ -178,12 +178,12 @@ def make_instant(
                 p=p,
                 p_body=R_yaw.T @ (p - r),
                 height=foot_z[i] - body.ground[i],
-                velocity=ca.vertcat(planar.velocity, height_rate[i]),
-                heading=planar.heading,
-                steering=planar.heading - theta[0],
-                heading_rate=planar.heading_rate,
-                speed=planar.speed,
-                lateral_speed=planar.lateral_speed,
+                velocity=ca.vertcat(*planar.velocity, height_rate[i]),
+                heading=ca.SX(planar.heading),
+                steering=ca.SX(planar.heading) - theta[0],
+                heading_rate=ca.SX(planar.heading_rate),
+                speed=ca.SX(planar.speed),
+                lateral_speed=ca.SX(planar.lateral_speed),
                 motion=inputs.motion[i],
                 lift_rate=inputs.lift_rate[i],
                 force=inputs.force[i],

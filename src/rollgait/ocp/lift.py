@@ -24,7 +24,7 @@ def lift(schedule: ContactSchedule, clearance: float, times: Array) -> tuple[Arr
     """Height above the ground and its rate at times (n,) in s: two arrays (n, 4) in m and m/s."""
     height, rate = np.zeros((times.size, 4)), np.zeros((times.size, 4))
     for swing in schedule.swings():
-        begin, middle, end = (schedule.interval * k for k in (swing.lift_off, swing.middle, swing.touch_down))
+        begin, middle, end = schedule.node_times[[swing.lift_off, swing.middle, swing.touch_down]]
         inside = (times >= begin) & (times <= end)
         rises = inside & (times < middle)
         for part, origin, length, sign in (

@@ -7,8 +7,8 @@ With (X, Y) the contact point from the hip_yaw axis in the base-yaw frame, the l
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Self
 
 import casadi as ca
 import numpy as np
@@ -20,6 +20,7 @@ from rollgait.robot.robot import Limb
 
 if TYPE_CHECKING:
     from rollgait.ocp.problem import Problem
+    from rollgait.scenario.scenario import Scenario
 
 _SQUARE_MIN = 1e-4
 """m²: smooths √(ρ² − d²) where the foot is under the hip (infeasible, but a solver may try it)."""
@@ -31,6 +32,11 @@ def limb_of(problem: Problem, leg: int) -> Limb | None:
     return data.limb if data.foot == "steerable" else None
 
 
+def knows_joints(scenario: Scenario) -> bool:
+    """Whether the robot has figures of the joints behind each of its steerable feet."""
+    return all(leg.limb is not None for leg in scenario.body.leg_list if leg.foot == "steerable")
+
+
 class JointSteering(FootConstraint):
     """hip_yaw and the steering joint stay within their limits, less a margin.
 
@@ -38,7 +44,13 @@ class JointSteering(FootConstraint):
     """
 
     name = "joint_steering"
+    sentence = "hip_yaw or the steering joint would have to leave its range"
+    left_out_at_first = True
     unit = "rad"
+
+    @classmethod
+    def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
+        return (cls(),) if scenario.value_of("bounds", cls.name) and knows_joints(scenario) else ()
 
     def applies(self, problem: Problem, leg: int) -> bool:
         return limb_of(problem, leg) is not None
@@ -50,7 +62,7 @@ class JointSteering(FootConstraint):
     def limits(self, problem: Problem, leg: int) -> Limits:
         limb = _known(limb_of(problem, leg))
         ranges = np.array([limb.hip_yaw, limb.steering_joint])
-        margin = np.radians(problem.scenario.value_of("bounds", "joint_margin_deg") or 0.0)
+        margin = np.radians(problem.bound("joint_margin_deg") or 0.0)
         return ranges[:, :1] + margin, ranges[:, 1:] - margin
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
@@ -67,8 +79,15 @@ class Reach(FootConstraint):
     """The leg is neither stretched nor folded too far, nor the foot under the hip: limits of e² and of ρ²."""
 
     name = "reach"
+    sentence = "the leg would have to be stretched or folded further"
+    keeps = True
+    left_out_at_first = True
     unit = "m²"
     curvature = 1.2  # 2 ‖ṗ‖² of a foot that passes its hip at 0.77 m/s
+
+    @classmethod
+    def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
+        return (cls(),) if scenario.value_of("bounds", cls.name) and knows_joints(scenario) else ()
 
     def applies(self, problem: Problem, leg: int) -> bool:
         return problem.robot.leg_list[leg].limb is not None  # a locked wheel hangs on the same joints

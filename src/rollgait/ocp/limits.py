@@ -2,32 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Self
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rollgait.ocp.instant import Foot, Instant
+from rollgait.ocp.limb import JointSteering
 from rollgait.ocp.term import INPUT, Data, FootConstraint, Limits, Mask, Phase, Place
 
 if TYPE_CHECKING:
     from rollgait.ocp.problem import Problem
+    from rollgait.scenario.scenario import Scenario
 
 
 class Box(FootConstraint):
     """|Rzᵀ (p_i − r) − p̄_i| ≤ b, componentwise; `full_rotation` uses R(θ) in place of Rz."""
 
     name = "box"
+    sentence = "the foot would have to leave its box"
     unit = "m"
     curvature = 1.5  # beyond the tolerance of 1 mm: a wheel at full speed that steers while the base brakes
 
     def __init__(self, full_rotation: bool = False) -> None:
         self.full_rotation = full_rotation
+        self.structure = (full_rotation,)
+
+    @classmethod
+    def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
+        return (cls(scenario.bounds.full_rotation),)
 
     def limits(self, problem: Problem, leg: int) -> Limits:
-        b = np.array(problem.scenario.bounds.box or problem.robot.box)[:, None]
+        b = np.array(problem.bound("box") or problem.robot.box)[:, None]
         return -b, b
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
@@ -36,16 +44,26 @@ class Box(FootConstraint):
 
 
 class Steering(FootConstraint):
-    """σ_min ≤ σ_i − θz ≤ σ_max; headings are never reduced mod 2π."""
+    """σ_min ≤ σ_i − θz ≤ σ_max; headings are never reduced mod 2π.
+
+    Where the joints limit the steering, a fixed range holds beside them only if the scenario names one.
+    """
 
     name = "steering"
+    sentence = "the wheel would have to steer further"
+    keeps = True
     unit = "rad"
+
+    @classmethod
+    def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
+        wanted = scenario.bounds.steering_deg is not None or not JointSteering.asked_for(scenario)
+        return (cls(),) if wanted else ()
 
     def applies(self, problem: Problem, leg: int) -> bool:
         return problem.robot.leg_list[leg].foot == "steerable"
 
     def limits(self, problem: Problem, leg: int) -> Limits:
-        return problem.scenario.steering_range(leg)
+        return problem.steering_range(leg)
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         return foot.steering
@@ -55,6 +73,8 @@ class SteeringRate(FootConstraint):
     """|σ̇_i| ≤ σ̇_max, in stance and in swing."""
 
     name = "steering_rate"
+    sentence = "the wheel would have to steer faster"
+    bound = ("steering_rate_max", "faster steering")
     places = INPUT
     unit = "rad/s"
 
@@ -62,7 +82,7 @@ class SteeringRate(FootConstraint):
         return problem.robot.leg_list[leg].foot == "steerable"
 
     def limits(self, problem: Problem, leg: int) -> Limits:
-        limit = problem.scenario.steering_rate_max(leg)
+        limit = problem.steering_rate_max(leg)
         return -limit, limit
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
@@ -73,6 +93,8 @@ class StanceSpeed(FootConstraint):
     """|v_i| ≤ v_max in stance."""
 
     name = "stance_speed"
+    sentence = "the wheel would have to roll faster"
+    bound = ("speed_max", "faster wheels")
     places = INPUT
     phase = Phase.STANCE
     unit = "m/s"
@@ -81,7 +103,7 @@ class StanceSpeed(FootConstraint):
         return problem.robot.leg_list[leg].foot != "point"
 
     def limits(self, problem: Problem, leg: int) -> Limits:
-        limit = problem.scenario.speed_max(leg)
+        limit = problem.speed_max(leg)
         return -limit, limit
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
@@ -92,12 +114,14 @@ class SwingSpeed(FootConstraint):
     """|v_i| ≤ swing_speed_max in swing; of both components where the foot moves freely."""
 
     name = "swing_speed"
+    sentence = "the foot would have to swing faster"
+    bound = ("swing_speed_max", "faster swings")
     places = INPUT
     phase = Phase.SWING
     unit = "m/s"
 
     def limits(self, problem: Problem, leg: int) -> Limits:
-        limit = problem.scenario.value_of("bounds", "swing_speed_max")
+        limit = problem.bound("swing_speed_max")
         return -limit, limit
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
@@ -107,12 +131,17 @@ class SwingSpeed(FootConstraint):
 class Acceleration(FootConstraint):
     """|v_k − v_{k−1}| ≤ a h (executable): wheel speeds do not jump, not even at t = 0, where v was 0.
 
+    v is constant in an interval, its value at the middle: h is the time between the middles of both.
+
     a is `acceleration_max` for a foot that stays on the ground and `swing_acceleration_max` for one that
     swings or has just landed (its wheel is free to spin up in the air). What moves freely in swing has a
     second component there, which stops when the foot lands.
     """
 
     name = "acceleration"
+    keys = ("acceleration_max", "swing_acceleration_max")
+    sentence = "the foot would have to change its speed faster"
+    left_out_at_first = True
     places = INPUT
     unit = "m/s"
 
@@ -122,12 +151,11 @@ class Acceleration(FootConstraint):
     def limits(self, problem: Problem, leg: int) -> Limits:
         contact = problem.schedule.contact[leg]
         stays = contact & np.concatenate([[True], contact[:-1]])
-        value = problem.scenario.value_of
         stance, swing = (
-            value("bounds", name) or np.inf for name in ("acceleration_max", "swing_acceleration_max")
+            problem.bound(name) or np.inf for name in ("acceleration_max", "swing_acceleration_max")
         )
         a = np.where(stays, stance, swing)
-        limit = a[None, :] * problem.schedule.interval
+        limit = a[None, :] * problem.schedule.mesh.between_middles
         return -limit, limit
 
     def holds(self, problem: Problem, place: Place, leg: int) -> Mask:

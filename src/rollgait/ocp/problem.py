@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.angles import turned
 from rollgait.errors import InputError, UnknownNameError
 from rollgait.ocp import boundary, contact, costs, friction, limb, limits
 from rollgait.ocp.lift import lift
@@ -19,6 +21,9 @@ from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
 
 Array = NDArray[np.float64]
+
+HORIZON_TOLERANCE = 1e-9
+"""Relative; the lengths of the intervals add up to the horizon but for round-off."""
 
 
 @dataclass(frozen=True)
@@ -39,11 +44,13 @@ class Problem:
         scenario: what is asked.
         terms: costs and constraints; the dynamics and the start are the transcription's.
         start: the state at t = 0.
+        schedule: which foot is on the ground when, on the mesh on which the problem is solved.
     """
 
     scenario: Scenario
     terms: tuple[Term, ...]
     start: StartState
+    schedule: ContactSchedule
 
     @property
     def robot(self) -> Robot:
@@ -51,9 +58,25 @@ class Problem:
         return self.scenario.body
 
     @property
-    def schedule(self) -> ContactSchedule:
-        """Which foot is on the ground when."""
-        return self.scenario.schedule
+    def friction(self) -> float:
+        """μ of the ground."""
+        return self.scenario.ground.friction
+
+    def bound(self, name: str) -> Any:
+        """A bound of the scenario or its profile, by its key; None if there is none."""
+        return self.scenario.value_of("bounds", name)
+
+    def speed_max(self, leg: int) -> float:
+        """Limit of |v| of a foot in stance, m/s."""
+        return self.scenario.speed_max(leg)
+
+    def steering_rate_max(self, leg: int) -> float:
+        """Limit of |σ̇| of a foot, rad/s."""
+        return self.scenario.steering_rate_max(leg)
+
+    def steering_range(self, leg: int) -> tuple[float, float]:
+        """Range of σ − θz of a foot, rad."""
+        return self.scenario.steering_range(leg)
 
     @property
     def costs(self) -> tuple[Cost, ...]:
@@ -68,25 +91,36 @@ class Problem:
     @cached_property
     def goals(self) -> Array:
         """Goal pose (x, y, z, yaw, pitch, roll) of each interval, shape (6, N): that of its middle."""
-        middles = self.schedule.node_times[:-1] + 0.5 * self.schedule.interval
-        return self.scenario.goal_at(middles).T
+        return self.scenario.goal_at(self.schedule.mesh.middles).T
 
     @cached_property
     def lift_rate(self) -> Array:
         """Vertical speed of the smooth lift at the height points, shape (points, 4, N), m/s."""
-        h = self.schedule.interval
+        h = self.schedule.lengths[:, None]
         times = self.schedule.node_times[:-1, None] + h * gauss_points(HEIGHT_POINTS)
-        rate = lift(self.schedule, self.scenario.gait.clearance, times.ravel())[1]
+        rate = lift(self.schedule, self.scenario.clearance, times.ravel())[1]
         return np.moveaxis(rate.reshape(*times.shape, 4), 0, -1)
 
 
-def make_problem(scenario: Scenario, extra: Sequence[Term] = ()) -> Problem:
-    """The problem of a scenario, with further terms of the user's.
+def make_problem(
+    scenario: Scenario, extra: Sequence[Term] = (), schedule: ContactSchedule | None = None
+) -> Problem:
+    """The problem of a scenario.
+
+    Args:
+        scenario: what is asked.
+        extra: further terms, the user's.
+        schedule: the contacts, on another mesh than the scenario's own.
 
     Raises:
-        InputError: the scenario contradicts itself, a name is there twice, or `bounds.without` names no term.
+        InputError: the scenario contradicts itself, a name is there twice, `bounds.without` names no term, or
+            the schedule has another horizon.
     """
     scenario.check()
+    schedule = scenario.schedule if schedule is None else schedule
+    if not np.isclose(schedule.horizon, scenario.horizon, rtol=HORIZON_TOLERANCE):
+        rule = f"must have the scenario's horizon of {scenario.horizon:g} s"
+        raise InputError("schedule.horizon", schedule.horizon, rule)
     terms = [*standard_terms(scenario), *extra]
     names = [term.name for term in terms]
     for name in names:
@@ -96,47 +130,13 @@ def make_problem(scenario: Scenario, extra: Sequence[Term] = ()) -> Problem:
         if name not in names:
             raise UnknownNameError("bounds.without", name, names, "is no term of this problem")
     kept = tuple(term for term in terms if term.name not in scenario.bounds.without)
-    return Problem(scenario, kept, start_state(scenario))
+    return Problem(scenario, kept, start_state(scenario), schedule)
 
 
 def standard_terms(scenario: Scenario) -> list[Term]:
     """The terms that the scenario asks for, by its profile, weights and bounds."""
     terms: list[Term] = [cost(w) for cost in ALL_COSTS if (w := scenario.value_of("weights", cost.name))]
-    terms += [
-        boundary.RestAtEnd(),
-        boundary.WheelsRestAtEnd(),
-        boundary.StanceAtEnd(),
-        boundary.HeightAtEnd(),
-        contact.StanceHeight(),
-        contact.StanceMotion(),
-        contact.SwingForce(),
-        contact.Clearance(),
-        contact.AboveGround(),
-        friction.Friction(),
-        friction.ForceLimits(),
-        limits.Box(scenario.bounds.full_rotation),
-        limits.SteeringRate(),
-        limits.StanceSpeed(),
-        limits.SwingSpeed(),
-    ]
-
-    def asked(name: str) -> bool:
-        return bool(scenario.value_of("bounds", name))
-
-    knows_joints = all(leg.limb is not None for leg in scenario.body.leg_list if leg.foot == "steerable")
-    joint_steering = asked("joint_steering") and knows_joints
-    terms.append(limb.JointSteering() if joint_steering else limits.Steering())
-    if joint_steering and scenario.bounds.steering_deg is not None:
-        terms.append(limits.Steering())
-    if asked("reach") and knows_joints:
-        terms.append(limb.Reach())
-    if asked("acceleration_max") or asked("swing_acceleration_max"):
-        terms.append(limits.Acceleration())
-    if asked("touchdown_speed"):
-        terms.append(contact.TouchdownSpeed())
-    if asked("level_at_end"):
-        terms.append(boundary.LevelAtEnd())
-    return terms
+    return terms + [term for kind in ALL_CONSTRAINTS for term in kind.asked_for(scenario)]
 
 
 ALL_COSTS: tuple[type[Cost], ...] = (
@@ -151,17 +151,38 @@ ALL_COSTS: tuple[type[Cost], ...] = (
     costs.Lift,
     costs.SwingMotion,
 )
+ALL_CONSTRAINTS: tuple[type[Constraint] | type[FootConstraint], ...] = (
+    boundary.RestAtEnd,
+    boundary.WheelsRestAtEnd,
+    boundary.StanceAtEnd,
+    boundary.HeightAtEnd,
+    contact.StanceHeight,
+    contact.StanceMotion,
+    contact.SwingForce,
+    contact.Clearance,
+    contact.AboveGround,
+    friction.Friction,
+    friction.ForceLimits,
+    limits.Box,
+    limits.SteeringRate,
+    limits.StanceSpeed,
+    limits.SwingSpeed,
+    limb.JointSteering,
+    limits.Steering,
+    limb.Reach,
+    limits.Acceleration,
+    contact.TouchdownSpeed,
+    boundary.LevelAtEnd,
+)
 
 
 def start_state(scenario: Scenario) -> StartState:
     """Standing at rest, level, the feet at their nominal places."""
     yaw = np.radians(scenario.start.yaw_deg)
     r = np.array([scenario.start.x, scenario.start.y, scenario.height])
-    c, s = np.cos(yaw), np.sin(yaw)
-    R_yaw = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     return StartState(
         base=np.concatenate([r, [yaw, 0.0, 0.0]]),
         base_rate=np.zeros(6),
-        p_foot=r + scenario.body.stance @ R_yaw.T,
+        p_foot=r + turned(scenario.body.stance, yaw),
         heading=yaw + scenario.start_headings(),
     )

@@ -8,10 +8,10 @@ the rest. Numbers that a term needs (limits, weights, goals) are data: `data` re
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from enum import Enum, auto
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import casadi as ca
 import numpy as np
@@ -21,12 +21,53 @@ from rollgait.ocp.instant import Foot, Instant
 
 if TYPE_CHECKING:
     from rollgait.ocp.problem import Problem
+    from rollgait.robot.robot import Robot
+    from rollgait.scenario.scenario import Scenario
+    from rollgait.scenario.schedule import ContactSchedule
+
+Array = NDArray[np.float64]
 
 Data = SimpleNamespace
 """The symbols of a term's data, by name."""
 Limits = tuple[ArrayLike, ArrayLike]
 """(lower, upper), each broadcast to (rows, N)."""
 Mask = NDArray[np.bool_]
+
+
+class Context(Protocol):
+    """What a term may ask of planner and controller alike when it gives its numbers.
+
+    A term of one's own that reads nothing else serves both; `Problem` has more (scenario, start), which only
+    the planner knows.
+    """
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+
+    @property
+    def schedule(self) -> ContactSchedule:
+        """Which foot is on the ground when, and the intervals."""
+
+    @property
+    def goals(self) -> Array:
+        """Wanted pose (x, y, z, yaw, pitch, roll) of each interval, (6, N), m and rad."""
+
+    @property
+    def friction(self) -> float:
+        """μ that forces may use."""
+
+    def bound(self, name: str) -> Any:
+        """A bound by its key, as the scenario or the settings have it; None if there is none."""
+
+    def speed_max(self, leg: int) -> float:
+        """Limit of |v| of a foot in stance, m/s."""
+
+    def steering_rate_max(self, leg: int) -> float:
+        """Limit of |σ̇| of a foot, rad/s."""
+
+    def steering_range(self, leg: int) -> tuple[float, float]:
+        """Range of σ − θz of a foot, rad."""
 
 
 class Place(Enum):
@@ -42,6 +83,19 @@ class Place(Enum):
     """The collocation points of the foot heights (only the height is to be read there)."""
     TERMINAL = auto()
     """The end of the horizon; there are no inputs."""
+
+
+class Role(Enum):
+    """What a constraint is to the motion, for whoever asks which one stands in its way."""
+
+    PHYSICS = auto()
+    """To give it up would not be a motion of this robot on this ground."""
+    LIMIT = auto()
+    """A limit of robot, ground or scenario."""
+    END = auto()
+    """How the motion ends."""
+    GOAL = auto()
+    """Where it ends."""
 
 
 class Phase(Enum):
@@ -65,14 +119,24 @@ END = frozenset({Place.TERMINAL})
 class Cost(ABC):
     """A cost: its expression times its weight, integrated over the horizon (or taken at the end).
 
+    A subclass gives its `residual`, whose square the cost is, or its `expression` if it is no square.
+
     Attributes:
         name: of the term, unique in a problem.
         weight: factor; a cost of weight 0 is left out.
         terminal: take it at the end of the horizon instead of integrating it.
+        structure: what its expression depends on besides `data`; of the package's own terms only, as those of
+            others are told apart by their expressions.
     """
 
     name: ClassVar[str]
     terminal: ClassVar[bool] = False
+    structure: tuple[Hashable, ...] = ()
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        if cls.residual is Cost.residual and cls.expression is Cost.expression:
+            raise TypeError(f"{cls.__name__} must define residual or expression")
 
     def __init__(self, weight: float = 1.0) -> None:
         self.weight = float(weight)
@@ -81,12 +145,50 @@ class Cost(ABC):
         """Numbers that `expression` reads, by name: shape (n,) for all the horizon or (n, N) by interval."""
         return {}
 
-    @abstractmethod
+    def residual(self, x: Instant, d: Data) -> ca.SX | None:
+        """The column whose square is the cost at one instant, without its weight; None if it is no square.
+
+        The planner uses the exact Hessian of its square; the controller needs it, for a Hessian that is never
+        indefinite (Gauss-Newton).
+        """
+        return None
+
     def expression(self, x: Instant, d: Data) -> ca.SX:
         """The cost at one instant, without its weight."""
+        residual = self.residual(x, d)
+        assert residual is not None, "a cost has one or the other"
+        square: ca.SX = ca.sumsqr(residual)
+        return square
 
 
-class Constraint(ABC):
+class SelfDescribing:
+    """What a constraint says of itself, so that nothing else need know it by name.
+
+    Attributes:
+        keys: bounds of the scenario that ask for it (any of them); always asked for if there are none.
+        role: what it is to the motion.
+        sentence: what would have to happen for it to be kept no longer.
+        bound: the key of the bound that widens it, and what a wider one means; None if no single number does.
+        keeps: whether it is not to be left out where it stands in the way.
+        left_out_at_first: whether an easier problem, whose solution is a start, does without it.
+    """
+
+    keys: ClassVar[tuple[str, ...]] = ()
+    role: ClassVar[Role] = Role.LIMIT
+    sentence: ClassVar[str] = "the constraint would have to be missed"
+    bound: ClassVar[tuple[str, str] | None] = None
+    keeps: ClassVar[bool] = False
+    left_out_at_first: ClassVar[bool] = False
+
+    @classmethod
+    def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
+        """The terms of this class that a scenario asks for."""
+        if cls.keys and not any(scenario.value_of("bounds", key) for key in cls.keys):
+            return ()
+        return (cls(),)
+
+
+class Constraint(SelfDescribing, ABC):
     """A constraint on the robot as a whole: lower ≤ expression ≤ upper.
 
     Attributes:
@@ -94,6 +196,9 @@ class Constraint(ABC):
         places: where it holds.
         lower, upper: default limits, in the unit of the expression.
         unit: of the expression, for messages: m, rad, N, m/s, …
+        by_weight: whether the solver sees it divided by the robot's weight: what is in newtons must be about
+            1.
+        structure: what its expression depends on besides `data`; see `Cost`.
     """
 
     name: ClassVar[str]
@@ -101,6 +206,8 @@ class Constraint(ABC):
     lower: float = -np.inf
     upper: float = np.inf
     unit: ClassVar[str] = ""
+    by_weight: ClassVar[bool] = False
+    structure: tuple[Hashable, ...] = ()
 
     def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
         """Numbers that `expression` reads, by name: shape (n,) for all the horizon or (n, N) by interval."""
@@ -119,7 +226,7 @@ class Constraint(ABC):
         """The constrained quantity at one instant, a column."""
 
 
-class FootConstraint(ABC):
+class FootConstraint(SelfDescribing, ABC):
     """A constraint on each foot: lower ≤ expression ≤ upper.
 
     Attributes: as of `Constraint`, and
@@ -134,7 +241,9 @@ class FootConstraint(ABC):
     lower: float = -np.inf
     upper: float = np.inf
     unit: ClassVar[str] = ""
+    by_weight: ClassVar[bool] = False
     curvature: ClassVar[float] = 0.0
+    structure: tuple[Hashable, ...] = ()
 
     def applies(self, problem: Problem, leg: int) -> bool:
         """Whether this foot has such a constraint at all (by its kind, say)."""

@@ -122,16 +122,26 @@ class Interface(Structure):
 
 
 @lru_cache
-def library() -> ctypes.CDLL:
-    """The library, with the signatures of its functions. Raises `InterfaceError`."""
+def library_files() -> tuple[Path, Path]:
+    """Fatrop and BLASFEO in CasADi's wheel. Raises `InterfaceError` if they have not these versions."""
     import casadi
 
     folder = Path(casadi.__file__).parent
-    names = sorted(folder.glob("libfatrop.so.1.1*"))
-    if not names:
-        raise InterfaceError("fatrop 1.1 is not in CasADi's wheel")
+    found = []
+    for name, version in (("fatrop", "1.1"), ("blasfeo", "0.1.4")):
+        files = sorted(folder.glob(f"lib{name}.so.{version}*"))
+        if not files:
+            raise InterfaceError(f"{name} {version} is not in CasADi's wheel")
+        found.append(files[0])
+    return found[0], found[1]
+
+
+@lru_cache
+def library() -> ctypes.CDLL:
+    """The library, with the signatures of its functions. Raises `InterfaceError`."""
+    file, _ = library_files()
     try:
-        loaded = ctypes.CDLL(str(names[0]))
+        loaded = ctypes.CDLL(str(file))
         _declare(loaded)
         kinds = {name: loaded.fatrop_ocp_c_option_type(name.encode()) for name in ("tol", "max_iter")}
     except (OSError, AttributeError) as error:

@@ -69,6 +69,11 @@ class JacobianFill:
         unequal[self._bound_entry] = 1.0
         unequal[self._bound_row] = w[rows.bounded]
 
+    def put_nothing(self) -> None:
+        """All rows are zero and nothing depends on anything."""
+        for memory in self._memories:
+            memory.clear()
+
 
 class HessianFill:
     """Where each second and first derivative of the Lagrangian goes in fatrop's matrices of costs."""
@@ -96,6 +101,7 @@ class HessianFill:
         self._below = self._memory.index(rows.stage[v], sizes[rows.stage[v]], rows.local[v])
         stage = rows.stage[rows.bounded]
         self._bound = self._memory.index(stage, sizes[stage], rows.local[rows.bounded])
+        self._diagonal = self._memory.index(rows.stage, rows.local, rows.local)
 
     def put(self, second: Array, first: Array, bound_multipliers: Array) -> None:
         """Puts the Hessian of the Lagrangian and its gradient in place."""
@@ -104,6 +110,11 @@ class HessianFill:
         data[self._upper] = data[self._lower] = second[self._pairs]
         data[self._below] = first[self._slopes]
         data[self._bound] += bound_multipliers
+
+    def put_identity(self) -> None:
+        """The Lagrangian of half the square of all variables."""
+        self._memory.clear()
+        self._memory.data[self._diagonal] = 1.0
 
 
 class _Memory:

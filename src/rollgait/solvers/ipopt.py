@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.solvers.budget import Budget
 from rollgait.solvers.interrupt import deferred_interrupt
-from rollgait.solvers.solution import Iteration, Progress, Solution
-from rollgait.transcription.base import Program, Transcribed
+from rollgait.solvers.refusal import refuse_unsolvable
+from rollgait.solvers.solution import Iteration, Progress, Solution, largest_violation
+from rollgait.transcription.base import Program, Solvable
 
 DERIVATIVES = ("nlp_f", "nlp_g", "nlp_grad_f", "nlp_jac_g", "nlp_hess_l", "nlp_grad")
 
@@ -33,7 +37,7 @@ WARM_OPTIONS: dict[str, Any] = {"ipopt.mu_init": 1e-3, "ipopt.mu_strategy": "mon
 """For a guess near the solution: the barrier starts low, or it would push the guess away from its bounds."""
 
 
-def make_solver(transcribed: Transcribed, kernels: bool = True) -> Ipopt:
+def make_solver(transcribed: Solvable, kernels: bool = True) -> Ipopt:
     """IPOPT for a transcribed problem."""
     return Ipopt(transcribed.nlp)
 
@@ -42,12 +46,23 @@ class Ipopt:
     """A solver for one nonlinear program, built once."""
 
     name = "ipopt"
+    linear_algebra = "MUMPS"
+    real_time = False
 
     def __init__(self, nlp: Program, options: dict[str, Any] | None = None) -> None:
         self.nlp = nlp
         self._report = _Report(nlp)
         self._options = options or {}
-        self._solver = self._make(self._options)
+
+    # nlpsol takes its options once: a solver for each set of them
+
+    @cached_property
+    def _cold(self) -> ca.Function:
+        return self._make(self._options)
+
+    @cached_property
+    def _warm(self) -> ca.Function:
+        return self._make(WARM_OPTIONS | self._options)
 
     def _make(self, options: dict[str, Any]) -> ca.Function:
         functions = self.nlp.functions
@@ -58,25 +73,37 @@ class Ipopt:
         return ca.nlpsol("ipopt", "ipopt", functions["nlp"], OPTIONS | own | options)
 
     def solve(
-        self, guess: NDArray[np.float64], progress: Progress | None = None, warm: bool = False
+        self,
+        guess: NDArray[np.float64],
+        progress: Progress | None = None,
+        warm: bool = False,
+        until: float = math.inf,
+        iterations: int | None = None,
     ) -> Solution:
         """The solution from a guess of the free variables; `warm` says that the guess is near a solution.
 
+        No iteration begins that would end after `until`, nor more than `iterations`; what there is then is
+        returned, as not solved.
+
         Raises:
+            NotSolvedError: the numbers are such that no solver is asked.
             KeyboardInterrupt: the user interrupted it.
         """
         nlp = self.nlp
-        self._report.progress, self._report.interrupted = progress, None
-        self._report.count = -1
-        if warm:  # nlpsol takes its options once
-            self._solver = self._make(WARM_OPTIONS | self._options)
+        refuse_unsolvable(nlp, guess)
+        solver = self._warm if warm else self._cold
+        self._report.begin(progress, Budget(until, iterations))
         with deferred_interrupt() as self._report.stop:
-            result = self._solver(
+            result = solver(
                 x0=guess, p=nlp.parameters, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper
             )
         if self._report.interrupted is not None:
             raise self._report.interrupted
-        return Solution.of_nlpsol(result, self._solver.stats())
+        return Solution.of_nlpsol(result, solver.stats())
+
+    def violation(self, w: NDArray[np.float64]) -> float:
+        """Largest violation of a constraint at the free variables, for the NLP as it is now; may be NaN."""
+        return largest_violation(self.nlp, w)
 
 
 class _Report(ca.Callback):
@@ -85,11 +112,15 @@ class _Report(ca.Callback):
     def __init__(self, nlp: Program) -> None:
         ca.Callback.__init__(self)
         self._nlp = nlp
-        self.progress: Progress | None = None
-        self.interrupted: BaseException | None = None
         self.stop: Callable[[], bool] = lambda: False
-        self.count = -1
+        self.begin(None, Budget())
         self.construct("report", {})
+
+    def begin(self, progress: Progress | None, budget: Budget) -> None:
+        """Another solve begins."""
+        self.progress, self._budget = progress, budget
+        self.interrupted: BaseException | None = None
+        self.count = -1  # the first report is about the guess
 
     def get_n_in(self) -> int:
         return int(ca.nlpsol_n_out())
@@ -114,15 +145,17 @@ class _Report(ca.Callback):
         self.count += 1
         if self.stop():
             return [1]
-        if self.progress is None:
-            return [0]
         try:
+            self._tell(arguments)
+        except BaseException as error:
+            self.interrupted = error
+            return [1]
+        return [int(not self._budget.allows_another(self.count))]
+
+    def _tell(self, arguments: Sequence[ca.DM]) -> None:
+        if self.progress is not None:
             values = {ca.nlpsol_out(i): a for i, a in enumerate(arguments)}
             violations = self._nlp.violations(
                 np.asarray(values["g"]).ravel(), np.asarray(values["x"]).ravel()
             )
             self.progress(Iteration(self.count, float(values["f"]), float(violations.max(initial=0.0))))
-        except BaseException as error:
-            self.interrupted = error
-            return [1]
-        return [0]

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from rollgait.transcription.base import Program
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,13 @@ class Iteration:
 
 Progress = Callable[[Iteration], None]
 """Is called after each iteration."""
+
+
+def saying(task: str, progress: Progress | None) -> Progress | None:
+    """Progress that says what the iterations are for."""
+    if progress is None:
+        return None
+    return lambda iteration: progress(replace(iteration, task=task))
 
 
 @dataclass(frozen=True)
@@ -55,3 +64,9 @@ class Solution:
             status=str(stats["return_status"]),
             iterations=int(stats["iter_count"]),
         )
+
+
+def largest_violation(nlp: Program, w: NDArray[np.float64]) -> float:
+    """Of constraints and bounds of a program, at free variables, with its numbers of now; may be NaN."""
+    g = np.asarray(nlp.functions["nlp_g"](w, nlp.parameters)).ravel()
+    return float(nlp.violations(g, w).max(initial=0.0))

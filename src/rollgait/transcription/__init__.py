@@ -10,24 +10,24 @@ from rollgait.errors import UnknownNameError
 if TYPE_CHECKING:
     from rollgait.ocp.problem import Problem
     from rollgait.transcription.base import Transcribed
-    from rollgait.transcription.nlp import Accelerate
+    from rollgait.transcription.code import CodeStore
 
 TRANSCRIPTION_NAMES = ("condensed", "collocation")
 """Names under which a transcription can be asked for: each is a module here with a function `transcribe`."""
 
 
-def transcribe(name: str, problem: Problem, accelerate: Accelerate | None = None) -> Transcribed:
+def transcribe(name: str, problem: Problem, store: CodeStore | None = None) -> Transcribed:
     """The problem as a nonlinear program, by the transcription of this name.
 
     Args:
         name: one of `TRANSCRIPTION_NAMES`.
         problem: what is to be solved.
-        accelerate: turns stage functions into faster ones, e.g. `solvers.kernels.compiled`.
+        store: keeps the code of its stages, compiled and on disk, e.g. `solvers.code_store.ON_DISK`.
 
     Raises:
         UnknownNameError: there is no such transcription.
     """
     if name not in TRANSCRIPTION_NAMES:
         raise UnknownNameError("transcription", name, TRANSCRIPTION_NAMES)
-    result: Transcribed = import_module(f"rollgait.transcription.{name}").transcribe(problem, accelerate)
+    result: Transcribed = import_module(f"rollgait.transcription.{name}").transcribe(problem, store)
     return result

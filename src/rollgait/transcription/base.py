@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from rollgait.ocp.problem import Problem
 from rollgait.plan.trajectory import Trajectory
-from rollgait.transcription.guess import Motion
+from rollgait.transcription.guess import MotionGuess
 from rollgait.transcription.nlp import Limits, Nlp
 
 Array = NDArray[np.float64]
@@ -44,17 +44,16 @@ class Program(Limits, Protocol):
     def violations(self, g: Array, w: Array) -> Array:
         """By how much each constraint, then each bound, is violated (0 where it holds)."""
 
+    def limit_name(self, number: int) -> str:
+        """What a constraint, or a bound, is about; numbered as in `violations`."""
 
-class Transcribed(Protocol):
-    """A transcribed problem."""
+
+class Solvable(Protocol):
+    """What a solver needs to know of a problem."""
 
     @property
     def name(self) -> str:
         """Name of the transcription."""
-
-    @property
-    def problem(self) -> Problem:
-        """What was transcribed."""
 
     @property
     def nlp(self) -> Nlp:
@@ -64,7 +63,15 @@ class Transcribed(Protocol):
     def structure(self) -> Structure | None:
         """The stages, for solvers that exploit them; None if the variables are not those of stages."""
 
-    def encode(self, motion: Motion) -> Array:
+
+class Transcribed(Solvable, Protocol):
+    """A transcribed problem."""
+
+    @property
+    def problem(self) -> Problem:
+        """What was transcribed."""
+
+    def encode(self, motion: MotionGuess) -> Array:
         """The free variables that come nearest to a motion."""
 
     def decode(self, w: Array) -> Trajectory:

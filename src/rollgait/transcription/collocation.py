@@ -1,6 +1,6 @@
 """The paper's transcription: orthogonal collocation, lifted.
 
-The horizon is cut into N equal intervals. In each, the states other than the foot heights are 3rd-order
+The horizon is cut into N intervals. In each, the states other than the foot heights are 3rd-order
 polynomials with 3 Gauss-Legendre points and constant inputs u1; the foot heights are parabolas with 2
 points and u2 = ṗz free at each of them. Intervals are independent; continuity is a constraint. At a
 collocation point the dynamics is written as a residual, in the polynomial's own derivatives, which is the
@@ -11,8 +11,9 @@ All values at supports are columns: support 0 is the node, the others are the co
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -26,10 +27,11 @@ from rollgait.plan.samples import Samples
 from rollgait.plan.trajectory import CollocationTrajectory
 from rollgait.polynomials import HEIGHT_POINTS, STATE_POINTS
 from rollgait.robot.robot import Robot
-from rollgait.transcription.guess import Motion, motion_inputs
+from rollgait.transcription.code import CodeStore, StageSymbols
+from rollgait.transcription.guess import MotionGuess, motion_inputs
 from rollgait.transcription.layout import Layout
-from rollgait.transcription.nlp import Accelerate, Block, Nlp, StageFunction
-from rollgait.transcription.stage import RowLabel, Stage, StageBuilder
+from rollgait.transcription.nlp import Block, Nlp
+from rollgait.transcription.stage import make_stage
 from rollgait.transcription.tableau import gauss_legendre
 
 Array = NDArray[np.float64]
@@ -49,7 +51,7 @@ class Collocation:
     name = "collocation"
     structure = None
 
-    def encode(self, motion: Motion) -> Array:
+    def encode(self, motion: MotionGuess) -> Array:
         """The free variables that come nearest to a motion."""
         return _encode(self.problem, motion)[self.nlp.free]
 
@@ -58,8 +60,8 @@ class Collocation:
         return _decode(self.problem, self.nlp.all_variables(w))
 
 
-def transcribe(problem: Problem, accelerate: Accelerate | None = None) -> Collocation:
-    """The problem as an NLP by collocation."""
+def transcribe(problem: Problem, store: CodeStore | None = None) -> Collocation:
+    """The problem as an NLP by collocation; `store` keeps the code of its stages."""
     layout = _layout(problem.robot)
     count = problem.schedule.intervals
     node, interval = layout.node.size, layout.node.size + layout.inner.size
@@ -69,14 +71,13 @@ def transcribe(problem: Problem, accelerate: Accelerate | None = None) -> Colloc
     inputs = node + np.concatenate([layout.inner.index("force"), layout.inner.index("motion")])
     before = begins - interval + inputs[:, None]
     before[:, 0] = -1  # there is no interval before the first
-    intervals = _interval_stage(problem, layout)
-    end = _end_stage(problem, layout)
-    functions = StageFunction("interval", intervals)
-    if accelerate is not None:
-        functions.accelerate(accelerate)
     blocks = [
-        Block(intervals, functions, np.vstack([before, inside])),
-        Block(end, StageFunction("end", end), (total - node + np.arange(node))[:, None], first=count),
+        Block(make_stage(_IntervalStage(layout), problem, store), np.vstack([before, inside])),
+        Block(
+            make_stage(_EndStage(layout), problem, store),
+            (total - node + np.arange(node))[:, None],
+            first=count,
+        ),
     ]
     return Collocation(problem, Nlp(blocks, total, initial=_start_values(problem, layout)))
 
@@ -116,9 +117,9 @@ def _layout(robot: Robot) -> _Layouts:
 class _Interval:
     """The symbols of one interval, its polynomials, and instants anywhere in it."""
 
-    def __init__(self, builder: StageBuilder, layout: _Layouts) -> None:
-        self.builder, self.layout = builder, layout
-        self.kinds = [leg.foot for leg in builder.problem.robot.leg_list]
+    def __init__(self, symbols: StageSymbols, layout: _Layouts) -> None:
+        self.body, self.layout = symbols.body, layout
+        self.kinds = symbols.outline.kinds
         inner = layout.inner
         self.previous = ca.SX.sym("previous", 5 * FEET)
         self.node = ca.SX.sym("node", layout.node.size)
@@ -131,7 +132,7 @@ class _Interval:
         )
         self.heights = ca.horzcat(node_z, ca.reshape(self.inner[inner["heights"]], FEET, HEIGHT_POINTS))
         self.height_rates = ca.reshape(self.inner[inner["height_rate"]], FEET, HEIGHT_POINTS)
-        weight = builder.body.weight
+        weight = symbols.body.weight
         rates = [self.height_rates[i, :].T for i in range(FEET)]
         self.inputs = _inputs(weight, self.inner[inner["force"]], self.inner[inner["motion"]], rates)
         self.previous_inputs = _inputs(
@@ -147,7 +148,7 @@ class _Interval:
         """An instant with this interval's inputs."""
         base, rate, xy, sigma = _unpack(self.layout, state)
         return make_instant(
-            self.builder.body,
+            self.body,
             self.kinds,
             base,
             rate,
@@ -182,52 +183,77 @@ class _Interval:
         return self.instant(self.states[:, 0], self.heights[:, 1 + j], self.height_rates[:, j], j)
 
     def _height_slope(self, weights: Array) -> ca.SX:
-        return ca.mtimes(self.heights, weights) / self.builder.body.interval
+        return ca.mtimes(self.heights, weights) / self.body.interval
 
 
-def _interval_stage(problem: Problem, layout: _Layouts) -> Stage:
-    builder = StageBuilder(problem, problem.schedule.intervals)
-    interval = _Interval(builder, layout)
-    points = [interval.at_point(j) for j in range(STATE_POINTS)]
-    _add_defects(builder, interval, points)
-    _add_continuity(builder, interval)
-    builder.add_costs(points, STATE.weights, terminal=False)
-    builder.add_constraints(
-        {
-            Place.NODE: [interval.at_node()],
-            Place.POINTS: points,
-            Place.INTERVAL_END: [interval.at_end()],
-            Place.HEIGHT_POINTS: [interval.at_height_point(j) for j in range(HEIGHT_POINTS)],
-        }
-    )
-    return builder.finish(interval.y)
+@dataclass(frozen=True)
+class _IntervalStage:
+    """The stage of an interval: its polynomials, costs and constraints."""
+
+    layout: _Layouts
+    name: ClassVar[str] = "collocation interval"
+    places: ClassVar[Mapping[Place, int]] = {
+        Place.NODE: 1,
+        Place.POINTS: STATE_POINTS,
+        Place.INTERVAL_END: 1,
+        Place.HEIGHT_POINTS: HEIGHT_POINTS,
+    }
+    terminal: ClassVar[bool] = False
+    only_at_nodes: ClassVar[bool] = False
+    worth_compiling: ClassVar[bool] = True
+
+    def write(self, symbols: StageSymbols) -> ca.SX:
+        interval = _Interval(symbols, self.layout)
+        points = [interval.at_point(j) for j in range(STATE_POINTS)]
+        _add_defects(symbols, interval, points)
+        _add_continuity(symbols, interval)
+        symbols.add_costs(points, STATE.weights)
+        symbols.add_constraints(
+            {
+                Place.NODE: [interval.at_node()],
+                Place.POINTS: points,
+                Place.INTERVAL_END: [interval.at_end()],
+                Place.HEIGHT_POINTS: [interval.at_height_point(j) for j in range(HEIGHT_POINTS)],
+            }
+        )
+        return interval.y
 
 
-def _end_stage(problem: Problem, layout: _Layouts) -> Stage:
-    builder = StageBuilder(problem, 1)
-    node = ca.SX.sym("node", layout.node.size)
-    base, rate, xy, sigma = _unpack(layout, node[layout.node["state"]])
-    z = node[layout.node["z"]]
-    x = make_instant(
-        builder.body,
-        [leg.foot for leg in problem.robot.leg_list],
-        base,
-        rate,
-        xy,
-        [z[i] for i in range(FEET)],
-        sigma,
-        [ca.SX.nan(1)] * FEET,
-        Inputs.none(),
-        Inputs.none(),
-    )
-    builder.add_costs([x], np.ones(1), terminal=True)
-    builder.add_constraints({Place.TERMINAL: [x]})
-    return builder.finish(node)
+@dataclass(frozen=True)
+class _EndStage:
+    """The stage of the end of the horizon."""
+
+    layout: _Layouts
+    name: ClassVar[str] = "collocation end"
+    places: ClassVar[Mapping[Place, int]] = {Place.TERMINAL: 1}
+    terminal: ClassVar[bool] = True
+    only_at_nodes: ClassVar[bool] = False
+    worth_compiling: ClassVar[bool] = False
+
+    def write(self, symbols: StageSymbols) -> ca.SX:
+        node = ca.SX.sym("node", self.layout.node.size)
+        base, rate, xy, sigma = _unpack(self.layout, node[self.layout.node["state"]])
+        z = node[self.layout.node["z"]]
+        x = make_instant(
+            symbols.body,
+            symbols.outline.kinds,
+            base,
+            rate,
+            xy,
+            [z[i] for i in range(FEET)],
+            sigma,
+            [ca.SX.nan(1)] * FEET,
+            Inputs.none(),
+            Inputs.none(),
+        )
+        symbols.add_costs([x], np.ones(1), terminal=True)
+        symbols.add_constraints({Place.TERMINAL: [x]})
+        return node
 
 
-def _add_defects(builder: StageBuilder, interval: _Interval, points: Sequence[Instant]) -> None:
+def _add_defects(symbols: StageSymbols, interval: _Interval, points: Sequence[Instant]) -> None:
     """The polynomials obey the dynamics at the collocation points: equations 1, 2 and 4."""
-    h, body = builder.body.interval, builder.body
+    h, body = symbols.body.interval, symbols.body
     inertia_scale = (body.inertia[0, 0] + body.inertia[1, 1] + body.inertia[2, 2]) / 3.0
     for j, x in enumerate(points):
         slope = ca.mtimes(interval.states, STATE.slope[j]) / h
@@ -235,26 +261,24 @@ def _add_defects(builder: StageBuilder, interval: _Interval, points: Sequence[In
         forces = [foot.force for foot in x.feet]
         torque = torque_about_com(x.r, [foot.p for foot in x.feet], forces)
         momentum = momentum_rate(body.inertia, x.theta, x.dtheta, dd_base[3:])
-        label = RowLabel("dynamics", None, Place.POINTS.name)
-        builder.add_rows(h * (d_base - ca.vertcat(x.dr, x.dtheta)), label)
-        builder.add_rows(h * (dd_base[:3] - x.ddr), label)
-        builder.add_rows(h * (momentum - torque) / inertia_scale, label)
+        at = Place.POINTS.name
+        symbols.add_rows(h * (d_base - ca.vertcat(x.dr, x.dtheta)), "dynamics", at)
+        symbols.add_rows(h * (dd_base[:3] - x.ddr), "dynamics", at)
+        symbols.add_rows(h * (momentum - torque) / inertia_scale, "dynamics", at)
         for foot in x.feet:
-            foot_label = RowLabel("rolling", foot.index, Place.POINTS.name, unit="m")
-            builder.add_rows(h * (d_xy[foot.index] - foot.velocity[:2]), foot_label)
+            rolling = [d_xy[foot.index] - foot.velocity[:2]]
             if foot.kind == "steerable":
-                builder.add_rows(h * (d_sigma[foot.index] - foot.heading_rate), foot_label)
+                rolling.append(d_sigma[foot.index] - foot.heading_rate)
+            symbols.add_rows(h * ca.vertcat(*rolling), "rolling", at, leg=foot.index, unit="m")
     for j in range(HEIGHT_POINTS):
         slope = ca.mtimes(interval.heights, HEIGHT.slope[j]) / h
-        builder.add_rows(
-            h * (slope - interval.height_rates[:, j]), RowLabel("height", None, Place.HEIGHT_POINTS.name)
-        )
+        symbols.add_rows(h * (slope - interval.height_rates[:, j]), "height", Place.HEIGHT_POINTS.name)
 
 
-def _add_continuity(builder: StageBuilder, interval: _Interval) -> None:
+def _add_continuity(symbols: StageSymbols, interval: _Interval) -> None:
     """The polynomials end where the next interval begins."""
     end = ca.vertcat(ca.mtimes(interval.states, STATE.end), ca.mtimes(interval.heights, HEIGHT.end))
-    builder.add_rows(interval.next_node - end, RowLabel("continuity", None, Place.INTERVAL_END.name))
+    symbols.add_rows(interval.next_node - end, "continuity", Place.INTERVAL_END.name)
 
 
 def _unpack(layout: _Layouts, state: ca.SX) -> tuple[ca.SX, ca.SX, list[ca.SX], list[ca.SX]]:
@@ -279,13 +303,12 @@ def _inputs(weight: ca.SX, force: ca.SX, motion: ca.SX, lift_rate: Sequence[ca.S
 # -- to and from numbers ---------------------------------------------------------------------------------
 
 
-def _encode(problem: Problem, motion: Motion) -> Array:
+def _encode(problem: Problem, motion: MotionGuess) -> Array:
     layout, schedule = _layout(problem.robot), problem.schedule
-    count, h = schedule.intervals, schedule.interval
-    begins = schedule.node_times[:-1, None]
+    count, h, begins = schedule.intervals, schedule.lengths[:, None], schedule.node_times[:-1, None]
     at_support = motion((begins + h * STATE.support).ravel())
     at_height = motion((begins + h * HEIGHT.points).ravel())
-    middle = motion(begins.ravel() + 0.5 * h)
+    middle = motion(schedule.mesh.middles)
     end = motion(np.array([schedule.horizon]))
     states = _state_rows(layout, at_support).reshape(count, STATE_POINTS + 1, -1)
     heights = at_support.foot_position[:, :, 2].reshape(count, STATE_POINTS + 1, FEET)[:, 0]
@@ -333,7 +356,7 @@ def _decode(problem: Problem, variables: Array) -> CollocationTrajectory:
     heading[:, :, list(layout.steerable)] = states[:, :, layout.state["sigma"]]
     return CollocationTrajectory(
         contact=problem.schedule.contact.T.copy(),
-        interval=np.array(problem.schedule.interval),
+        lengths=problem.schedule.lengths.copy(),
         base=states[:, :, layout.state["base"]].copy(),
         base_rate=states[:, :, layout.state["base_rate"]].copy(),
         foot_xy=states[:, :, layout.state["xy"]].reshape(count, STATE_POINTS + 1, FEET, 2).copy(),

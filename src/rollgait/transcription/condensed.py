@@ -11,8 +11,9 @@ order, and rows that define the next node before the others, is what a structure
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
@@ -20,7 +21,6 @@ from numpy.typing import NDArray
 
 from rollgait.dynamics.step import (
     POINTS,
-    Figures,
     FootInput,
     FootState,
     State,
@@ -34,16 +34,19 @@ from rollgait.plan.condensed import CondensedTrajectory
 from rollgait.plan.samples import Samples
 from rollgait.robot.robot import Robot
 from rollgait.transcription.base import Structure
-from rollgait.transcription.guess import Motion, motion_inputs
+from rollgait.transcription.code import CodeStore, StageSymbols
+from rollgait.transcription.guess import MotionGuess, motion_inputs
 from rollgait.transcription.layout import Layout, StageLayout
-from rollgait.transcription.nlp import Accelerate, Block, Nlp, StageFunction
-from rollgait.transcription.stage import RowLabel, Stage, StageBuilder
-from rollgait.transcription.states import instant_of, state_entries, state_of
+from rollgait.transcription.nlp import Block, Nlp
+from rollgait.transcription.stage import RowNumbers, make_stage
+from rollgait.transcription.states import figures, instant_of, state_entries, state_of
 from rollgait.transcription.tableau import gauss_legendre
 
 Array = NDArray[np.float64]
 FEET = 4
 HEIGHT = gauss_legendre(len(POINTS))
+CARRIED = "inputs carried on"
+"""Name of the rows by which a node knows the inputs of the interval before it."""
 SIMPSON = np.array([1.0, 4.0, 1.0]) / 6.0
 """Weights of Simpson's rule at the beginning, the middle and the end of an interval."""
 
@@ -57,7 +60,7 @@ class Condensed:
 
     name = "condensed"
 
-    def encode(self, motion: Motion) -> Array:
+    def encode(self, motion: MotionGuess) -> Array:
         """The free variables that come nearest to a motion."""
         return _encode(self.problem, motion)[self.nlp.free]
 
@@ -80,22 +83,17 @@ class Condensed:
         return Structure(*(tuple(int(v) for v in sizes) for sizes in (nx, nu, ng)))
 
 
-def transcribe(problem: Problem, accelerate: Accelerate | None = None) -> Condensed:
-    """The problem as an NLP by one step per interval."""
+def transcribe(problem: Problem, store: CodeStore | None = None) -> Condensed:
+    """The problem as an NLP by one step per interval; `store` keeps the code of its stages."""
     layout, count = _layout(problem.robot), problem.schedule.intervals
-    interval = _interval_stage(problem, layout)
-    end = _end_stage(problem, layout)
-    functions = StageFunction("interval", interval)
-    if accelerate is not None:
-        functions.accelerate(accelerate)
+    not_last = RowNumbers(
+        holds=np.arange(count) < count - 1
+    )  # nothing follows that would need the last inputs
+    interval = make_stage(_IntervalStage(layout), problem, store, {CARRIED: not_last})
+    end = make_stage(_EndStage(layout), problem, store)
     blocks = [
-        Block(
-            interval,
-            functions,
-            layout.variables(count),
-            next_state=layout.defined(interval.rows.numel()),
-        ),
-        Block(end, StageFunction("end", end), layout.last_variables(count), first=count),
+        Block(interval, layout.variables(count), next_state=layout.defined(interval.code.rows)),
+        Block(end, layout.last_variables(count), first=count),
     ]
     return Condensed(problem, Nlp(blocks, layout.total(count), initial=_start_values(problem, layout)))
 
@@ -160,10 +158,10 @@ def _node_of(layout: _Layouts, x: State, inputs: ca.SX, scaled: _Scaled) -> ca.S
 class _Interval:
     """The symbols of one interval, its step, and instants at its begin, middle and end."""
 
-    def __init__(self, builder: StageBuilder, layout: _Layouts) -> None:
-        body = builder.body
-        self.builder, self.layout, self.scaled = builder, layout, _Scaled(body)
-        self.robot = _figures(builder)
+    def __init__(self, symbols: StageSymbols, layout: _Layouts) -> None:
+        body = symbols.body
+        self.body, self.layout, self.scaled = body, layout, _Scaled(body)
+        self.robot = figures(symbols)
         self.node = ca.SX.sym("node", layout.node.size)
         self.u = ca.SX.sym("inputs", layout.inputs.size)
         self.next_node = ca.SX.sym("next_node", layout.node.size)
@@ -191,7 +189,7 @@ class _Interval:
         motion = ca.SX.nan(2 * FEET)
         motion[list(self.layout.previous)] = self.node[self.layout.node["previous_motion"]]
         return Inputs(
-            [self.builder.body.weight * force[3 * i : 3 * i + 3] for i in range(FEET)],
+            [self.body.weight * force[3 * i : 3 * i + 3] for i in range(FEET)],
             [motion[2 * i : 2 * i + 2] for i in range(FEET)],
             Inputs.none().lift_rate,
         )
@@ -199,11 +197,11 @@ class _Interval:
     def instant(self, x: State, tau: float, height_point: int | None = None) -> Instant:
         """The instant of a state at the fraction τ of the interval."""
         rates = _rate_at(self.inputs.lift_rate, tau)
-        return instant_of(self.builder.body, self.robot, x, rates, self.inputs, self.previous, height_point)
+        return instant_of(self.body, self.robot, x, rates, self.inputs, self.previous, height_point)
 
     def at_height_point(self, j: int) -> Instant:
         """The instant at a height point (only the height and its rate are those of the point)."""
-        h, weights = self.builder.body.interval, _height_integrals(HEIGHT.points[j])
+        h, weights = self.body.interval, _height_integrals(HEIGHT.points[j])
         feet = tuple(
             FootState(
                 [*foot.p[:2], foot.p[2] + h * ca.dot(ca.DM(weights), self.inputs.lift_rate[i])], foot.sigma
@@ -214,54 +212,65 @@ class _Interval:
         return self.instant(x, float(HEIGHT.points[j]), j)
 
 
-def _interval_stage(problem: Problem, layout: _Layouts) -> Stage:
-    count = problem.schedule.intervals
-    builder = StageBuilder(problem, count, only_at_nodes=True)
-    interval = _Interval(builder, layout)
-    node_end = _node_of(layout, interval.end, interval.u, interval.scaled)
-    label = RowLabel("dynamics", None, Place.INTERVAL_END.name)
-    builder.add_rows(interval.next_node[: layout.last] - node_end[: layout.last], label)
-    not_last = np.arange(count) < count - 1
-    builder.add_rows(interval.next_node[layout.last :] - node_end[layout.last :], label, holds=not_last)
-    begin, middle, end = (
-        interval.instant(x, tau)
-        for x, tau in ((interval.begin, 0.0), (interval.middle, 0.5), (interval.end, 1.0))
-    )
-    if len(layout.steerable) == FEET:
-        builder.add_costs([middle], np.ones(1), terminal=False)
-    else:  # a foot that steps freely may cross its whole step in one interval
-        builder.add_costs([begin, middle, end], SIMPSON, terminal=False)
-    builder.add_constraints(
-        {
-            Place.NODE: [begin],
-            Place.INTERVAL_END: [end],
-            Place.HEIGHT_POINTS: [interval.at_height_point(j) for j in range(len(POINTS))],
-        }
-    )
-    return builder.finish(interval.y)
+@dataclass(frozen=True)
+class _IntervalStage:
+    """The stage of an interval: its step, costs and constraints."""
+
+    layout: _Layouts
+    name: ClassVar[str] = "condensed interval"
+    places: ClassVar[Mapping[Place, int]] = {
+        Place.NODE: 1,
+        Place.INTERVAL_END: 1,
+        Place.HEIGHT_POINTS: len(POINTS),
+    }
+    terminal: ClassVar[bool] = False
+    only_at_nodes: ClassVar[bool] = True
+    worth_compiling: ClassVar[bool] = True
+
+    def write(self, symbols: StageSymbols) -> ca.SX:
+        layout = self.layout
+        interval = _Interval(symbols, layout)
+        node_end = _node_of(layout, interval.end, interval.u, interval.scaled)
+        gap, at_end = interval.next_node - node_end, Place.INTERVAL_END.name
+        symbols.add_rows(gap[: layout.last], "dynamics", at_end)
+        symbols.add_rows(gap[layout.last :], "dynamics", at_end, source=CARRIED)
+        begin, middle, end = (
+            interval.instant(x, tau)
+            for x, tau in ((interval.begin, 0.0), (interval.middle, 0.5), (interval.end, 1.0))
+        )
+        if len(layout.steerable) == FEET:
+            symbols.add_costs([middle], np.ones(1))
+        else:  # a foot that steps freely may cross its whole step in one interval
+            symbols.add_costs([begin, middle, end], SIMPSON)
+        symbols.add_constraints(
+            {
+                Place.NODE: [begin],
+                Place.INTERVAL_END: [end],
+                Place.HEIGHT_POINTS: [interval.at_height_point(j) for j in range(len(POINTS))],
+            }
+        )
+        return interval.y
 
 
-def _end_stage(problem: Problem, layout: _Layouts) -> Stage:
-    builder = StageBuilder(problem, 1)
-    node = ca.SX.sym("node", layout.last)
-    x = _state_of(layout, node, _Scaled(builder.body))
-    none = [ca.SX.nan(1)] * FEET
-    instant = instant_of(builder.body, _figures(builder), x, none, Inputs.none(), Inputs.none())
-    builder.add_costs([instant], np.ones(1), terminal=True)
-    builder.add_constraints({Place.TERMINAL: [instant]})
-    return builder.finish(node)
+@dataclass(frozen=True)
+class _EndStage:
+    """The stage of the end of the horizon."""
 
+    layout: _Layouts
+    name: ClassVar[str] = "condensed end"
+    places: ClassVar[Mapping[Place, int]] = {Place.TERMINAL: 1}
+    terminal: ClassVar[bool] = True
+    only_at_nodes: ClassVar[bool] = False
+    worth_compiling: ClassVar[bool] = False
 
-def _figures(builder: StageBuilder) -> Figures:
-    robot = builder.problem.robot
-    inverse = np.linalg.inv(robot.inertia_matrix)
-    xx, xy, xz, yy, yz, zz = ca.vertsplit(builder.symbol("inertia_inverse", inverse[np.triu_indices(3)]))
-    return Figures(
-        mass=builder.body.mass,
-        inertia_inverse=[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]],
-        kinds=[leg.foot for leg in robot.leg_list],
-        heading_offset=ca.vertsplit(builder.body.heading_offset),
-    )
+    def write(self, symbols: StageSymbols) -> ca.SX:
+        node = ca.SX.sym("node", self.layout.last)
+        x = _state_of(self.layout, node, _Scaled(symbols.body))
+        none = [ca.SX.nan(1)] * FEET
+        instant = instant_of(symbols.body, figures(symbols), x, none, Inputs.none(), Inputs.none())
+        symbols.add_costs([instant], np.ones(1), terminal=True)
+        symbols.add_constraints({Place.TERMINAL: [instant]})
+        return node
 
 
 def _rate_at(lift_rate: Sequence[ca.SX], tau: float) -> list[ca.SX]:
@@ -279,12 +288,11 @@ def _height_integrals(tau: float) -> Array:
 # -- to and from numbers ---------------------------------------------------------------------------------
 
 
-def _encode(problem: Problem, motion: Motion) -> Array:
+def _encode(problem: Problem, motion: MotionGuess) -> Array:
     layout, schedule, robot = _layout(problem.robot), problem.schedule, problem.robot
-    count, h = schedule.intervals, schedule.interval
-    begins = schedule.node_times[:-1]
+    count, h, begins = schedule.intervals, schedule.lengths[:, None], schedule.node_times[:-1]
     nodes = _node_rows(layout, motion(schedule.node_times), robot)
-    middle = motion(begins + 0.5 * h)
+    middle = motion(schedule.mesh.middles)
     at_height = motion((begins[:, None] + h * HEIGHT.points).ravel())
     rates = at_height.foot_velocity[:, :, 2].reshape(count, len(POINTS), FEET).swapaxes(1, 2)
     force = (middle.force / robot.weight).reshape(count, -1)
@@ -335,9 +343,9 @@ def _decode(problem: Problem, variables: Array) -> CondensedTrajectory:
     nodes, inputs = rows[:, : layout.node.size], rows[:, layout.node.size :]
     heading = np.zeros((count, FEET))
     heading[:, list(layout.steerable)] = nodes[:, layout.node["sigma"]]
-    values = {
+    values: dict[str, Any] = {
         "contact": problem.schedule.contact.T,
-        "interval": np.array(problem.schedule.interval),
+        "lengths": problem.schedule.lengths,
         "r": nodes[:, layout.node["r"]],
         "theta": nodes[:, layout.node["theta"]],
         "dr": nodes[:, layout.node["dr"]],

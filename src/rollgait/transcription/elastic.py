@@ -116,6 +116,13 @@ class ElasticNlp:
         """By how much each constraint, then each bound, is violated (0 where it holds)."""
         return violations_of(self, g, w)
 
+    def limit_name(self, number: int) -> str:
+        """What a constraint, or a bound, is about; numbered as in `violations`."""
+        if number < self.nlp.rows:
+            return self.nlp.limit_name(number)
+        variable = self._bounded[number - self.nlp.rows] if number < self.rows else number - self.rows
+        return self.nlp.limit_name(self.nlp.rows + variable) if variable < self.nlp.size else "a slack"
+
     # -- functions ---------------------------------------------------------------------------------------
 
     @property

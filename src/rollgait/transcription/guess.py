@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.dynamics.foot import planar_inputs
 from rollgait.ocp.lift import lift, minimum_jerk
 from rollgait.ocp.problem import Problem
 from rollgait.plan.samples import Samples
@@ -20,13 +21,13 @@ from rollgait.robot.robot import Robot
 from rollgait.transcription.headings import headings_along, rate_limited
 
 Array = NDArray[np.float64]
-Motion = Callable[[Array], Samples]
+MotionGuess = Callable[[Array], Samples]
 """A motion as a function of time: (n,) in s to samples."""
 
 STILL = 1e-3
 """m/s below which a foot's velocity says nothing about its heading."""
 GRID = 4
-"""Grid points per interval of the heading's path."""
+"""Points per interval in the mean, of the even grid on which headings are found."""
 SHORTEST = 1.5
 """s that wheels take for a change of pose, however small."""
 CRUISE = 0.9
@@ -35,7 +36,7 @@ PEAK = 1.875
 """Largest speed of a minimum-jerk path, in mean speeds."""
 
 
-def kinematic_guess(problem: Problem, reverse: bool = False, detour: Array | None = None) -> Motion:
+def kinematic_guess(problem: Problem, reverse: bool = False, detour: Array | None = None) -> MotionGuess:
     """The guess as a function of time.
 
     Args:
@@ -113,14 +114,14 @@ class _Guess:
 
     def _footholds(self, leg: int, nominal: Array) -> Array:
         """A foot that stands where the base will be half-way through its stance, and swings between."""
-        times, h = self.grid, self.problem.schedule.interval
+        times, nodes = self.grid, self.problem.schedule.node_times
         swings = [swing for swing in self.problem.schedule.swings() if swing.leg == leg]
         result = np.tile(self.problem.start.p_foot[leg, :2], (times.size, 1))
         place = result[0]
         for number, swing in enumerate(swings):
-            begin, end = swing.lift_off * h, swing.touch_down * h
+            begin, end = nodes[[swing.lift_off, swing.touch_down]]
             is_last = number + 1 == len(swings)
-            next_lift = times[-1] if is_last else swings[number + 1].lift_off * h
+            next_lift = times[-1] if is_last else nodes[swings[number + 1].lift_off]
             wanted = times[-1] if is_last else 0.5 * (end + next_lift)
             target = np.array([np.interp(wanted, times, nominal[:, axis]) for axis in range(2)])
             value = minimum_jerk((times - begin) / (end - begin))[0][:, None]
@@ -159,9 +160,8 @@ class _Guess:
             _interpolate(times, self.grid, self.foot_rate),
         )
         heading = _interpolate(times, self.grid, self.heading)
-        height, height_rate = lift(problem.schedule, problem.scenario.gait.clearance, times)
-        k = np.clip((times / problem.schedule.interval + 1e-9).astype(int), 0, problem.schedule.intervals - 1)
-        contact = problem.schedule.contact[:, k].T
+        height, height_rate = lift(problem.schedule, problem.scenario.clearance, times)
+        contact = problem.schedule.contact[:, problem.schedule.mesh.interval_at(times)].T
         along = xy_rate[:, :, 0] * np.cos(heading) + xy_rate[:, :, 1] * np.sin(heading)
         rolls = np.array([leg.foot != "point" for leg in problem.robot.leg_list])
         steers = np.array([leg.foot == "steerable" for leg in problem.robot.leg_list])
@@ -185,10 +185,13 @@ class _Guess:
         """Forces of standing still on the feet that are down, (n, 4, 3), none pulling."""
         robot = self.problem.robot
         force = np.zeros((len(base), 4, 3))
-        for k, down in enumerate(contact):
-            relative = np.hstack([xy[k, down] - base[k, :2], np.zeros((int(down.sum()), 1))])
+        patterns, which = np.unique(contact, axis=0, return_inverse=True)
+        for number, down in enumerate(patterns):
+            here = np.flatnonzero(which.ravel() == number)
+            relative = xy[np.ix_(here, np.flatnonzero(down))] - base[here, None, :2]
             normal = np.maximum(robot.static_forces(relative), 0.02 * robot.weight)
-            force[k, down, 2] = normal * robot.weight / normal.sum()
+            shares = normal / normal.sum(axis=1, keepdims=True)
+            force[here[:, None], np.flatnonzero(down), 2] = shares * robot.weight
         return force
 
 
@@ -196,14 +199,9 @@ def motion_inputs(robot: Robot, s: Samples) -> Array:
     """The planar inputs (n, 4, 2) of sampled feet: the inverse of `feet_in_world`."""
     result = np.empty((len(s.time), 4, 2))
     for i, leg in enumerate(robot.leg_list):
-        if leg.foot == "steerable":
-            result[:, i] = np.stack([s.speed[:, i], s.heading_rate[:, i]], axis=-1)
-        elif leg.foot == "fixed":
-            c, sn = np.cos(s.heading[:, i]), np.sin(s.heading[:, i])
-            vx, vy = s.foot_velocity[:, i, 0], s.foot_velocity[:, i, 1]
-            result[:, i] = np.stack([c * vx + sn * vy, c * vy - sn * vx], axis=-1)
-        else:
-            result[:, i] = s.foot_velocity[:, i, :2]
+        velocity = s.foot_velocity[:, i, :2].T
+        inputs = planar_inputs(np, leg.foot, velocity, s.heading[:, i], s.heading_rate[:, i], s.speed[:, i])
+        result[:, i] = np.stack(inputs, axis=-1)
     return result
 
 

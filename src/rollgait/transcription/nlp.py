@@ -11,7 +11,7 @@ rows that bound one variable are bounds, and rows without a variable are gone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -20,11 +20,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.transcription.code import StageCode
 from rollgait.transcription.stage import RowLabel, Stage
 
 Array = NDArray[np.float64]
-Accelerate = Callable[[Sequence[ca.Function]], Sequence[ca.Function] | None]
-"""Turns functions into faster ones with the same values, or returns None."""
 Index = NDArray[np.intp]
 
 FIXED_TOLERANCE = 1e-12
@@ -48,65 +47,26 @@ OUTPUTS = {
 """What `nlpsol` calls the functions of a program, and what it calls their outputs."""
 
 
-class StageFunction:
-    """A stage and its derivatives as CasADi functions of (y, p).
-
-    With `residuals` r (the cost is ½ ‖r‖²) the Hessian is the Gauss-Newton one, (∂r/∂y)ᵀ ∂r/∂y: never
-    indefinite, and blind to the curvature of the rows.
-    """
-
-    def __init__(self, name: str, stage: Stage, residuals: ca.SX | None = None) -> None:
-        y, p = stage.y, stage.p
-        lam_f, lam = ca.SX.sym("lam_f"), ca.SX.sym("lam", stage.rows.numel())
-        options = {"cse": True}
-        jacobian = ca.jacobian(stage.rows, y)
-        lagrangian = lam_f * stage.cost + ca.dot(lam, stage.rows)
-        if residuals is None:
-            full_hessian, lagrangian_gradient = ca.hessian(lagrangian, y)
-        else:
-            slopes = ca.jacobian(residuals, y)
-            full_hessian, lagrangian_gradient = lam_f * (slopes.T @ slopes), ca.gradient(lagrangian, y)
-        hessian = ca.triu(full_hessian)
-        self.value = ca.Function(f"{name}_value", [y, p], [stage.cost, stage.rows], options)
-        self.gradient = ca.Function(f"{name}_gradient", [y, p], [ca.gradient(stage.cost, y)], options)
-        self.jacobian = ca.Function(f"{name}_jacobian", [y, p], [_nonzeros(jacobian)], options)
-        self.hessian = ca.Function(
-            f"{name}_hessian", [y, p, lam_f, lam], [_nonzeros(hessian), lagrangian_gradient], options
-        )
-        costs = ca.vertcat(*stage.costs.values())
-        self.costs = ca.Function(f"{name}_costs", [y, p], [costs], options)
-        self.jacobian_rows, self.jacobian_cols = _pattern(jacobian)
-        self.hessian_rows, self.hessian_cols = _pattern(hessian)
-        # where the Jacobian depends on y, a row is not linear in that variable
-        self.linear = np.array(
-            [not depends for depends in ca.which_depends(_nonzeros(jacobian), y, 1, True)], dtype=bool
-        )
-
-    def accelerate(self, with_faster: Accelerate) -> StageFunction:
-        """Replaces what a solver evaluates by faster functions with the same values, if they can be had."""
-        faster = with_faster([self.value, self.gradient, self.jacobian, self.hessian])
-        if faster is not None:
-            self.value, self.gradient, self.jacobian, self.hessian = faster
-        return self
-
-
 @dataclass(frozen=True, eq=False)
 class Block:
     """A stage function and the variables of its repetitions.
 
     Attributes:
-        stage: the stage with its parameters, limits and labels.
-        function: its functions.
+        stage: the stage with its code, parameters and limits.
         variables: which variable of the whole problem each local one is, (n_y, count); −1 stands for zero.
         first: number of the first repetition on the mesh (for messages).
         next_state: for each row the local variable of the next stage that it defines, −1 if none, (n_rows,).
     """
 
     stage: Stage
-    function: StageFunction
     variables: Index
     first: int = 0
     next_state: Index | None = None
+
+    @property
+    def function(self) -> StageCode:
+        """The functions of the stage."""
+        return self.stage.code
 
 
 @dataclass(frozen=True)
@@ -426,7 +386,7 @@ class Nlp:
         total: dict[str, float] = {}
         for block in self.blocks:
             values = _mapped(block.function.costs, block, self._local(block, w)).sum(axis=1)
-            for name, value in zip(block.stage.costs, values, strict=True):
+            for name, value in zip(block.function.cost_names, values, strict=True):
                 total[name] = total.get(name, 0.0) + float(value)
         return total
 
@@ -434,11 +394,20 @@ class Nlp:
         """By how much each constraint, then each bound, is violated (0 where it holds)."""
         return violations_of(self, g, w)
 
+    def limit_name(self, number: int) -> str:
+        """What a constraint, or a bound, is about; numbered as in `violations`."""
+        if number < self.rows:
+            return self.origins[number].label.describe()
+        sides = (origins[number - self.rows] for origins in self.bound_origins)
+        return next((origin.label.describe() for origin in sides if origin), "a variable")
+
     # -- functions of the whole problem ------------------------------------------------------------------
 
-    @cached_property
+    @property
     def parameters(self) -> Array:
-        """All numbers that the problem depends on: fixed variables, then the parameters of each block."""
+        """All numbers that the problem depends on: fixed variables, then the parameters of each block.
+
+        They are those of now: both may change between solves."""
         return np.concatenate(
             [self._fixed_values, *(b.stage.parameters.ravel(order="F") for b in self.blocks)]
         )
@@ -536,15 +505,6 @@ def _mapped(function: ca.Function, block: Block, y: Array, output: int = 0) -> A
     """A stage function at all repetitions of its block."""
     results = function.map(block.stage.count).call([y, block.stage.parameters])
     return np.asarray(results[output])
-
-
-def _nonzeros(matrix: ca.SX) -> ca.SX:
-    return ca.SX(matrix.nz[:]) if matrix.nnz() else ca.SX(0, 1)
-
-
-def _pattern(matrix: ca.SX) -> tuple[Index, Index]:
-    rows, cols = matrix.sparsity().get_triplet()
-    return np.array(rows, dtype=np.intp), np.array(cols, dtype=np.intp)
 
 
 def _indices(array: Index) -> list[int]:

@@ -1,24 +1,19 @@
-"""One stage of the horizon as a function of its own variables, written once and repeated over the horizon.
-
-`StageBuilder` is where the terms of a problem meet the instants of a transcription: it evaluates each
-term at each of its places, collects the rows with their limits, and turns the terms' data into
-parameters.
-"""
+"""The numbers of a stage: parameters, limits, and where rows hold, put in place without a symbol."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from types import SimpleNamespace
+from functools import cached_property
 
-import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rollgait.ocp.instant import Body, Instant
 from rollgait.ocp.problem import Problem
-from rollgait.ocp.term import Constraint, Cost, FootConstraint, Limits, Mask, Place
+from rollgait.ocp.term import Constraint, Cost, FootConstraint, Mask, Place
 from rollgait.robot.robot import LEG_NAMES
+from rollgait.transcription.code import CodeStore, Recipe, StageCode, StageSymbols
+from rollgait.transcription.uses import Outline, TermUse, outline
 
 Array = NDArray[np.float64]
 
@@ -41,194 +36,161 @@ class RowLabel:
         return f"{self.term}{leg}"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Stage:
-    """A stage function and the numbers for its repetitions.
+    """A stage's code and the numbers for its repetitions.
 
     Attributes:
-        y: local variables.
-        p: parameters.
-        cost: Σ of the weighted costs.
-        costs: the same term by term.
-        rows: constraint rows.
+        code: what is repeated.
         parameters: values of p, (n_p, count).
         lower, upper: limits of the rows, (n_rows, count).
         holds: where each row is part of the problem, (n_rows, count).
-        labels: what each row means.
+        weight: of the robot, N: the scale of rows in units of it.
     """
 
-    y: ca.SX
-    p: ca.SX
-    cost: ca.SX
-    costs: dict[str, ca.SX]
-    rows: ca.SX
+    code: StageCode
     parameters: Array
     lower: Array
     upper: Array
     holds: Mask
-    labels: tuple[RowLabel, ...]
+    weight: float
 
     @property
     def count(self) -> int:
         """How often the stage is repeated."""
         return int(self.parameters.shape[1])
 
+    @cached_property
+    def labels(self) -> tuple[RowLabel, ...]:
+        """What each row means."""
+        return tuple(
+            RowLabel(g.term, g.leg, g.place, i, g.unit, self.weight if g.by_weight else 1.0)
+            for g in self.code.groups
+            for i in range(g.count)
+        )
 
-class StageBuilder:
-    """Collects the costs, rows and parameters of one stage."""
 
-    def __init__(self, problem: Problem, count: int, only_at_nodes: bool = False) -> None:
-        """`count` is N for the stage of an interval and 1 for that of the end of the horizon.
+@dataclass(frozen=True)
+class RowNumbers:
+    """Limits of rows and where they hold; each broadcasts to (rows, count)."""
 
-        With `only_at_nodes`, constraints on states are tightened by what may happen between the nodes.
-        """
-        self.problem = problem
-        self.count = count
-        self._only_at_nodes = only_at_nodes
-        self._symbols: list[ca.SX] = []
-        self._values: list[Array] = []
-        self._costs: dict[str, ca.SX] = {}
-        self._rows: list[ca.SX] = [ca.SX(0, 1)]
-        self._lower: list[Array] = [np.zeros((0, count))]
-        self._upper: list[Array] = [np.zeros((0, count))]
-        self._holds: list[Mask] = [np.zeros((0, count), dtype=bool)]
-        self._labels: list[RowLabel] = []
-        self.body = self._make_body()
+    lower: ArrayLike = 0.0
+    upper: ArrayLike = 0.0
+    holds: Mask | None = None
 
-    # -- data --------------------------------------------------------------------------------------------
 
-    def symbol(self, name: str, value: ArrayLike) -> ca.SX:
-        """A parameter: a column of symbols with the values (n,) for all stages or (n, N) stage by stage."""
-        array = np.atleast_1d(np.asarray(value, dtype=float))
-        array = array[:, None] if array.ndim == 1 else array
-        symbol = ca.SX.sym(name, array.shape[0])
-        self._symbols.append(symbol)
-        self._values.append(self._per_stage(array))
-        return symbol
+_memory: dict[tuple[CodeStore | None, str], StageCode] = {}
+"""Codes of this process, by where they are kept and their key: a store may hand out faster ones."""
 
-    def _per_stage(self, array: Array) -> Array:
+
+def make_stage(
+    recipe: Recipe,
+    problem: Problem,
+    store: CodeStore | None = None,
+    own_rows: Mapping[str, RowNumbers] | None = None,
+) -> Stage:
+    """A stage of a problem: its code, made now or long ago, with the problem's numbers.
+
+    Args:
+        recipe: how the stage is written.
+        problem: whose numbers.
+        store: where codes are kept; None keeps them in this process only.
+        own_rows: numbers of the rows that the recipe adds by itself; those not named are 0 = row, always.
+    """
+    plan = outline(recipe.name, problem.terms, problem, recipe.places, recipe.terminal)
+    code = find_code(recipe, plan, store)
+    return _Filling(recipe, problem, plan).stage(code, own_rows or {})
+
+
+def find_code(recipe: Recipe, plan: Outline, store: CodeStore | None) -> StageCode:
+    """The code of a stage: from this process, from the store, or derived now."""
+    key = plan.key
+    known = (store, key)
+    if known not in _memory:
+        code = store.load(key) if store is not None else None
+        if code is None:
+            symbols = StageSymbols(plan)
+            code = symbols.derive(recipe.write(symbols))
+            if store is not None:
+                code = store.keep(key, code, recipe.worth_compiling)
+        _memory[known] = code
+    return _memory[known]
+
+
+def forget_codes() -> None:
+    """Empties the memory of this process; what a store keeps remains."""
+    _memory.clear()
+
+
+class _Filling:
+    """Puts the numbers of a problem into the places of a stage."""
+
+    def __init__(self, recipe: Recipe, problem: Problem, plan: Outline) -> None:
+        self._recipe, self._problem, self._plan = recipe, problem, plan
+        self._count = 1 if recipe.terminal else problem.schedule.intervals
+
+    def stage(self, code: StageCode, own_rows: Mapping[str, RowNumbers]) -> Stage:
+        values = _body_numbers(self._problem)
+        for use in self._plan.uses:
+            values |= use.numbers
+        stacked = np.vstack([self._per_stage(values[name], size) for name, size in code.parameters])
+        parameters = np.asfortranarray(stacked)  # a solver reads these very numbers, stage after stage
+        rows = dict(own_rows)
+        for use in self._plan.uses:
+            for place in use.places:
+                rows[use.source(place)] = self._row_numbers(use, place)
+        shape = (code.rows, self._count)
+        lower, upper, holds = np.zeros(shape), np.zeros(shape), np.ones(shape, dtype=bool)
+        begin = 0
+        for group in code.groups:
+            numbers = rows.get(group.source, RowNumbers())
+            scale = self._problem.robot.weight if group.by_weight else 1.0
+            part = slice(begin, begin + group.count)
+            lower[part] = self._per_stage(_column(numbers.lower), group.count) / scale
+            upper[part] = self._per_stage(_column(numbers.upper), group.count) / scale
+            if numbers.holds is not None:
+                holds[part] = numbers.holds[-1:] if self._recipe.terminal else numbers.holds
+            begin += group.count
+        return Stage(code, parameters, lower, upper, holds, self._problem.robot.weight)
+
+    def _per_stage(self, array: Array, rows: int) -> Array:
         """Values for each repetition; the end of the horizon takes those of the last interval."""
-        if self.count == 1:
-            return array[:, -1:]
-        return np.broadcast_to(array, (array.shape[0], self.count))
+        values = array[:, -1:] if self._recipe.terminal else array
+        return np.broadcast_to(values, (rows, self._count))
 
-    def _data(self, prefix: str, values: Mapping[str, ArrayLike]) -> SimpleNamespace:
-        return SimpleNamespace(**{name: self.symbol(f"{prefix}_{name}", v) for name, v in values.items()})
+    def _row_numbers(self, use: TermUse, place: Place) -> RowNumbers:
+        term, problem = use.term, self._problem
+        assert not isinstance(term, Cost)
+        if isinstance(term, Constraint):
+            return RowNumbers(*term.limits(problem), term.holds(problem, place))
+        assert isinstance(term, FootConstraint)
+        assert use.leg is not None
+        low, high = (np.asarray(limit, dtype=float) for limit in term.limits(problem, use.leg))
+        bulge = self._bulge(term) if self._recipe.only_at_nodes and term.curvature else 0.0
+        return RowNumbers(low + bulge, high - bulge, term.holds(problem, place, use.leg))
 
-    def _make_body(self) -> Body:
-        robot, scenario = self.problem.robot, self.problem.scenario
-        mass = self.symbol("mass", [robot.mass])
-        inertia = self.symbol("inertia", robot.inertia_matrix[np.triu_indices(3)])
-        stance = self.symbol("stance", robot.stance.ravel())
-        return Body(
-            mass=mass,
-            weight=self.symbol("weight", [robot.weight]),
-            inertia=symmetric(inertia),
-            stance=ca.reshape(stance, 3, 4),
-            heading_offset=self.symbol("heading_offset", [leg.heading for leg in robot.leg_list]),
-            interval=self.symbol("interval", [self.problem.schedule.interval]),
-            ground=self.symbol("ground", [scenario.ground.height] * 4),
-        )
-
-    # -- terms -------------------------------------------------------------------------------------------
-
-    def add_rows(
-        self, expression: ca.SX, label: RowLabel, limits: Limits = (0.0, 0.0), holds: Mask | None = None
-    ) -> None:
-        """Rows lower ≤ expression ≤ upper; they hold in the stages where `holds` (count,) says so."""
-        count = expression.numel()
-        for component in range(count):
-            self._labels.append(
-                RowLabel(label.term, label.leg, label.place, component, label.unit, label.scale)
-            )
-        mask = np.ones(self.count, dtype=bool) if holds is None else holds
-        self._rows.append(ca.vec(expression))
-        self._lower.append(self._limit(limits[0], count))
-        self._upper.append(self._limit(limits[1], count))
-        self._holds.append(np.broadcast_to(mask, (count, self.count)))
-
-    def _limit(self, value: ArrayLike, rows: int) -> Array:
-        array = np.atleast_2d(np.asarray(value, dtype=float))
-        return np.broadcast_to(self._per_stage(array), (rows, self.count))
-
-    def add_costs(self, points: Sequence[Instant], quadrature: Array, terminal: bool) -> None:
-        """The costs of the problem: integrated over the interval by its points, or those at the end."""
-        for cost in self.problem.costs:
-            if cost.terminal == terminal:
-                self._add_cost(cost, points, quadrature)
-
-    def _add_cost(self, cost: Cost, points: Sequence[Instant], quadrature: Array) -> None:
-        d = self._data(cost.name, cost.data(self.problem))
-        weight = self.symbol(f"{cost.name}_weight", [cost.weight])
-        length = ca.SX(1) if cost.terminal else self.body.interval
-        values = [b * cost.expression(x, d) for b, x in zip(quadrature, points, strict=True)]
-        self._costs[cost.name] = weight * length * sum(values, start=ca.SX(0))
-
-    def add_constraints(self, instants: Mapping[Place, Sequence[Instant]]) -> None:
-        """The constraints of the problem, at those places that this stage has."""
-        for term in self.problem.constraints:
-            places = [place for place in instants if place in term.places]
-            if not places:
-                continue
-            if isinstance(term, Constraint):
-                self._add_constraint(term, places, instants)
-            else:
-                for leg in range(len(LEG_NAMES)):
-                    if term.applies(self.problem, leg):
-                        self._add_foot_constraint(term, leg, places, instants)
-
-    def _add_constraint(
-        self, term: Constraint, places: Sequence[Place], instants: Mapping[Place, Sequence[Instant]]
-    ) -> None:
-        d = self._data(term.name, term.data(self.problem))
-        for place in places:
-            holds = self._mask(term.holds(self.problem, place))
-            for x in instants[place]:
-                label = RowLabel(term.name, None, place.name, unit=term.unit)
-                self.add_rows(term.expression(x, d), label, term.limits(self.problem), holds)
-
-    def _add_foot_constraint(
-        self,
-        term: FootConstraint,
-        leg: int,
-        places: Sequence[Place],
-        instants: Mapping[Place, Sequence[Instant]],
-    ) -> None:
-        d = self._data(f"{term.name}_{LEG_NAMES[leg]}", term.data(self.problem, leg))
-        is_force = term.unit == "N"
-        scale = self.problem.robot.weight if is_force else 1.0
-        unit = self.body.weight if is_force else ca.SX(1)
-        between = self.problem.schedule.interval**2 / 8.0 * term.curvature if self._only_at_nodes else 0.0
-        low, high = (np.asarray(limit, dtype=float) for limit in term.limits(self.problem, leg))
-        low, high = (low + between) / scale, (high - between) / scale
-        for place in places:
-            holds = self._mask(term.holds(self.problem, place, leg))
-            for x in instants[place]:
-                label = RowLabel(term.name, leg, place.name, unit=term.unit, scale=scale)
-                self.add_rows(term.expression(x, x.feet[leg], d) / unit, label, (low, high), holds)
-
-    def _mask(self, holds: Mask) -> Mask:
-        return holds[-1:] if self.count == 1 else holds
-
-    # -- result ------------------------------------------------------------------------------------------
-
-    def finish(self, y: ca.SX) -> Stage:
-        """The stage as a function of its local variables `y`."""
-        return Stage(
-            y=y,
-            p=ca.vertcat(*self._symbols),
-            cost=sum(self._costs.values(), start=ca.SX(0)),
-            costs=dict(self._costs),
-            rows=ca.vertcat(*self._rows),
-            parameters=np.vstack(self._values),
-            lower=np.vstack(self._lower),
-            upper=np.vstack(self._upper),
-            holds=np.vstack(self._holds),
-            labels=tuple(self._labels),
-        )
+    def _bulge(self, term: FootConstraint) -> Array:
+        """By how much a constraint may be missed beside its nodes, (1, N): in the longer interval of both."""
+        mesh = self._problem.schedule.mesh
+        longest = np.maximum(mesh.lengths_before, mesh.lengths)
+        return np.asarray(longest[None, :] ** 2 / 8.0 * term.curvature)
 
 
-def symmetric(upper: ca.SX) -> ca.SX:
-    """A 3 × 3 matrix from its upper triangle (xx, xy, xz, yy, yz, zz)."""
-    xx, xy, xz, yy, yz, zz = (upper[i] for i in range(6))
-    return ca.vertcat(ca.horzcat(xx, xy, xz), ca.horzcat(xy, yy, yz), ca.horzcat(xz, yz, zz))
+def _column(value: ArrayLike) -> Array:
+    return np.atleast_2d(np.asarray(value, dtype=float))
+
+
+def _body_numbers(problem: Problem) -> dict[str, Array]:
+    robot, upper = problem.robot, np.triu_indices(3)
+    inertia = robot.inertia_matrix
+    values = {
+        "mass": [robot.mass],
+        "weight": [robot.weight],
+        "inertia": inertia[upper],
+        "inertia_inverse": np.linalg.inv(inertia)[upper],
+        "stance": robot.stance.ravel(),
+        "heading_offset": [leg.heading for leg in robot.leg_list],
+        "ground": [problem.scenario.ground.height] * 4,
+    }
+    columns = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
+    return columns | {"interval": problem.schedule.lengths[None, :]}

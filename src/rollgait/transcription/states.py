@@ -9,6 +9,7 @@ import casadi as ca
 
 from rollgait.dynamics.step import Figures, FootState, State, euler_rate
 from rollgait.ocp.instant import Body, Inputs, Instant, make_instant
+from rollgait.transcription.code import StageSymbols
 from rollgait.transcription.layout import StageLayout
 
 
@@ -74,3 +75,13 @@ def instant_of(
 
 def _column(components: Sequence[Any]) -> ca.SX:
     return ca.SX(ca.vertcat(*components))
+
+
+def figures(symbols: StageSymbols) -> Figures:
+    """What a step knows of the robot, as symbols of a stage."""
+    return Figures(
+        mass=symbols.body.mass,
+        inertia_inverse=[[symbols.inertia_inverse[i, j] for j in range(3)] for i in range(3)],
+        kinds=symbols.outline.kinds,
+        heading_offset=ca.vertsplit(symbols.body.heading_offset),
+    )
