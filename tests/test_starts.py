@@ -10,8 +10,9 @@ import pytest
 
 import rollgait as rg
 from rollgait.ocp.problem import Problem, make_problem
-from rollgait.starts import EASIER, Start, starts
-from rollgait.transcription.guess import Motion
+from rollgait.scenario import Mesh
+from rollgait.starts import InitialGuess, starts
+from rollgait.transcription.guess import MotionGuess
 from tests.stepping import stepping
 
 SOME = 7
@@ -20,16 +21,16 @@ SOME = 7
 asked = partial(stepping, robot="centauro")
 
 
-def never(problem: Problem, motion: Motion) -> Motion | None:
+def never(problem: Problem, motion: MotionGuess) -> MotionGuess | None:
     """Solves nothing."""
     return None
 
 
-def first(problem: Problem, seed: int = 0) -> list[Start]:
+def first(problem: Problem, seed: int = 0) -> list[InitialGuess]:
     return list(islice(starts(problem, never, None, seed), SOME))
 
 
-def places(start: Start) -> np.ndarray:
+def places(start: InitialGuess) -> np.ndarray:
     motion = start.motion()
     assert motion is not None
     return motion(np.linspace(0.0, 2.0, 21)).com_position
@@ -64,7 +65,7 @@ def test_every_start_begins_where_the_robot_stands() -> None:
 def test_homotopy_solves_the_problem_without_what_makes_it_hard() -> None:
     solved: list[Problem] = []
 
-    def solve(problem: Problem, motion: Motion) -> Motion | None:
+    def solve(problem: Problem, motion: MotionGuess) -> MotionGuess | None:
         solved.append(problem)
         return motion
 
@@ -73,8 +74,21 @@ def test_homotopy_solves_the_problem_without_what_makes_it_hard() -> None:
     assert homotopy.motion() is not None
     (easier,) = solved
     names, all_names = ({term.name for term in p.terms} for p in (easier, problem))
-    assert all_names - names == set(EASIER) & all_names
+    hardest = {"joint_steering", "reach", "acceleration", "touchdown_speed"}
+    assert all_names - names == hardest & all_names
     assert all_names - names
+
+
+def test_homotopy_solves_on_the_mesh_of_the_problem() -> None:
+    meshes: list[Mesh] = []
+
+    def solve(problem: Problem, motion: MotionGuess) -> MotionGuess | None:
+        meshes.append(problem.schedule.mesh)
+        return motion
+
+    problem = make_problem(asked(), schedule=asked().schedule.refined([0, 7]))
+    next(start for start in starts(problem, solve, None, 0) if start.name == "homotopy").motion()
+    assert meshes == [problem.schedule.mesh]
 
 
 def test_what_the_paper_asks_has_nothing_to_leave_out() -> None:
@@ -93,7 +107,7 @@ def test_the_cheapest_of_several_starts_is_taken_and_all_are_told() -> None:
     solved = [result for result in results if result.solved]
     assert plan.statistics.cost == min(result.cost for result in solved)
     assert plan.statistics.start == min(solved, key=lambda result: result.cost).name
-    assert plan.statistics.solve_time == pytest.approx(sum(result.solve_time for result in results))
+    assert 0.0 < plan.statistics.solve_time <= sum(result.solve_time for result in results) * 1.05
     again = rg.plan(asked(), multistart=4, seed=3)
     assert [(r.name, r.cost, r.iterations) for r in again.statistics.starts] == [
         (r.name, r.cost, r.iterations) for r in results

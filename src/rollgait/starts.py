@@ -12,30 +12,27 @@ from rollgait.errors import InputError
 from rollgait.ocp.problem import Problem, make_problem
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Samples
-from rollgait.transcription.guess import Motion, kinematic_guess
+from rollgait.transcription.guess import MotionGuess, kinematic_guess
 
 SWAY = 0.05
 """m, standard deviation of the detour that a random start makes in x and y."""
 SWAY_YAW = 0.1
 """rad, standard deviation of its detour in yaw."""
 
-EASIER = ("joint_steering", "reach", "acceleration", "touchdown_speed")
-"""Terms that the homotopy leaves out at first: what the profile `executable` adds to the robot's limits."""
-
-Solve = Callable[[Problem, Motion], Motion | None]
+Solve = Callable[[Problem, MotionGuess], MotionGuess | None]
 """Solves a problem from a motion; the solution, or None."""
 
 
 @dataclass(frozen=True)
-class Start:
+class InitialGuess:
     """An initial guess: its name, whether it is near a solution, and how it is made."""
 
     name: str
-    motion: Callable[[], Motion | None]
+    motion: Callable[[], MotionGuess | None]
     warm: bool = False
 
 
-def starts(problem: Problem, solve: Solve, warm_start: Plan | None, seed: int) -> Iterator[Start]:
+def starts(problem: Problem, solve: Solve, warm_start: Plan | None, seed: int) -> Iterator[InitialGuess]:
     """Guesses in the order in which they are worth trying, without end; the same ones for the same seed.
 
     Args:
@@ -45,19 +42,19 @@ def starts(problem: Problem, solve: Solve, warm_start: Plan | None, seed: int) -
         seed: of the random variants.
     """
     if warm_start is not None:
-        yield Start("warm start", lambda: from_plan(problem, warm_start), warm=True)
-    yield Start("kinematic", lambda: kinematic_guess(problem))
-    yield Start("homotopy", lambda: _homotopy(problem, solve))
-    yield Start("kinematic, wheels reversed", lambda: kinematic_guess(problem, reverse=True))
+        yield InitialGuess("warm start", lambda: from_plan(problem, warm_start), warm=True)
+    yield InitialGuess("kinematic", lambda: kinematic_guess(problem))
+    yield InitialGuess("homotopy", lambda: _homotopy(problem, solve))
+    yield InitialGuess("kinematic, wheels reversed", lambda: kinematic_guess(problem, reverse=True))
     number = 0
     while True:
         number += 1
         generator = np.random.default_rng([seed, number])
         detour = np.concatenate([generator.normal(0.0, SWAY, 2), generator.normal(0.0, SWAY_YAW, 1)])
-        yield Start(f"detour {number}", partial(kinematic_guess, problem, detour=detour))
+        yield InitialGuess(f"detour {number}", partial(kinematic_guess, problem, detour=detour))
 
 
-def from_plan(problem: Problem, plan: Plan) -> Motion:
+def from_plan(problem: Problem, plan: Plan) -> MotionGuess:
     """The motion of a plan, stretched to the horizon of the problem.
 
     Raises:
@@ -84,10 +81,9 @@ def from_plan(problem: Problem, plan: Plan) -> Motion:
     return motion
 
 
-def _homotopy(problem: Problem, solve: Solve) -> Motion | None:
+def _homotopy(problem: Problem, solve: Solve) -> MotionGuess | None:
     """The solution of the problem without its hardest terms; None if there is nothing to leave out."""
-    names = {term.name for term in problem.terms}
-    easier = tuple(name for name in EASIER if name in names)
+    easier = tuple(term.name for term in problem.constraints if term.left_out_at_first)
     if not easier:
         return None
     without = (*problem.scenario.bounds.without, *easier)
@@ -96,5 +92,5 @@ def _homotopy(problem: Problem, solve: Solve) -> Motion | None:
     )
     standard = {term.name for term in make_problem(problem.scenario).terms}
     extra = [term for term in problem.terms if term.name not in standard]
-    simple = make_problem(scenario, extra)
+    simple = make_problem(scenario, extra, problem.schedule)
     return solve(simple, kinematic_guess(simple))

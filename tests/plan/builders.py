@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rollgait.plan import Plan, Statistics
 from rollgait.plan.trajectory import CollocationTrajectory
 from rollgait.robot import Robot
-from rollgait.scenario import Scenario
+from rollgait.scenario import ContactSchedule, Scenario
 
 Array = NDArray[np.float64]
 
@@ -75,23 +75,25 @@ class Motion:
     motion: Array = field(default_factory=lambda: np.zeros((0, 4, 2)))
 
 
-def build(scenario: Scenario, motion: Motion) -> Plan:
+def build(scenario: Scenario, motion: Motion, schedule: ContactSchedule | None = None) -> Plan:
     """The plan of this motion: its values at the points of the paper's transcription."""
-    schedule = scenario.schedule
-    s, sz = STATE_SUPPORT * schedule.interval, HEIGHT_SUPPORT * schedule.interval
+    schedule = schedule or scenario.schedule
+    s, sz = (np.outer(schedule.lengths, support) for support in (STATE_SUPPORT, HEIGHT_SUPPORT))
     count = range(schedule.intervals)
     trajectory = CollocationTrajectory(
         contact=schedule.contact.T,
-        interval=np.array(schedule.interval),
-        base=np.array([np.hstack([motion.com(k, s), motion.euler(k, s)]) for k in count]),
-        base_rate=np.array([np.hstack([motion.com_rate(k, s), motion.euler_rate(k, s)]) for k in count]),
-        foot_xy=np.array([motion.foot_xy(k, s) for k in count]),
-        heading=np.array([motion.heading(k, s) for k in count]),
-        foot_z=np.array([motion.foot_z(k, sz) for k in count]),
+        lengths=schedule.lengths,
+        base=np.array([np.hstack([motion.com(k, s[k]), motion.euler(k, s[k])]) for k in count]),
+        base_rate=np.array(
+            [np.hstack([motion.com_rate(k, s[k]), motion.euler_rate(k, s[k])]) for k in count]
+        ),
+        foot_xy=np.array([motion.foot_xy(k, s[k]) for k in count]),
+        heading=np.array([motion.heading(k, s[k]) for k in count]),
+        foot_z=np.array([motion.foot_z(k, sz[k]) for k in count]),
         force=motion.force,
         motion=motion.motion,
     )
-    statistics = Statistics("collocation", "none", True, "by construction", 0, 0.0, 0.0, 0.0)
+    statistics = Statistics("collocation", "none", True, "by construction", 0, 0.0)
     return Plan(scenario.body, scenario, schedule, trajectory, statistics)
 
 
@@ -101,10 +103,10 @@ def scenario(body: Robot | None = None, **values: Any) -> Scenario:
     return Scenario.from_dict(data | values)
 
 
-def standing(asked: Scenario) -> Plan:
+def standing(asked: Scenario, schedule: ContactSchedule | None = None) -> Plan:
     """Nothing moves but feet in swing, which have no mass; the others carry the weight without a torque."""
-    body, schedule = asked.body, asked.schedule
-    count, h = schedule.intervals, schedule.interval
+    body, schedule = asked.body, schedule or asked.schedule
+    count, h, nodes = schedule.intervals, schedule.lengths, schedule.node_times
     com = np.array([0.0, 0.0, asked.height])
     stance = body.stance
     force = np.zeros((count, 4, 3))
@@ -114,11 +116,11 @@ def standing(asked: Scenario) -> Plan:
     headings = asked.start_headings()
     node, middle = np.zeros((2, count + 1, 4))
     for swing in schedule.swings():
-        length = swing.touch_down - swing.lift_off
+        lift_off, touch_down = nodes[[swing.lift_off, swing.touch_down]]
         for k in range(swing.lift_off, swing.touch_down):
-            for heights, at in ((node, k), (middle, k + 0.5)):
-                phase = (at - swing.lift_off) / length
-                heights[k, swing.leg] = asked.gait.clearance * np.sin(np.pi * phase) ** 2
+            for heights, at in ((node, nodes[k]), (middle, nodes[k] + 0.5 * h[k])):
+                phase = (at - lift_off) / (touch_down - lift_off)
+                heights[k, swing.leg] = asked.clearance * np.sin(np.pi * phase) ** 2
     return build(
         asked,
         Motion(
@@ -128,10 +130,11 @@ def standing(asked: Scenario) -> Plan:
             euler_rate=lambda k, s: np.zeros((s.size, 3)),
             foot_xy=lambda k, s: np.tile(stance[:, :2], (s.size, 1, 1)),
             heading=lambda k, s: np.tile(headings, (s.size, 1)),
-            foot_z=lambda k, s: _parabola(node[k], middle[k], node[k + 1], s / h),
+            foot_z=lambda k, s: _parabola(node[k], middle[k], node[k + 1], s / h[k]),
             force=force,
             motion=np.zeros((count, 4, 2)),
         ),
+        schedule,
     )
 
 
@@ -282,6 +285,12 @@ STEPPING = {
 def stepping(body: Robot | None = None, **values: Any) -> Plan:
     """Steps with the hind feet on the spot."""
     return standing(scenario(body or robot(), **(STEPPING | values)))
+
+
+def stepping_on_an_unequal_mesh(body: Robot | None = None) -> Plan:
+    """The same on intervals of which some are cut in two or three, in stance and in swing."""
+    asked = scenario(body or robot(), **STEPPING)
+    return standing(asked, asked.schedule.refined([0, 7, 8, 22, 39], [2, 2, 3, 2, 2]))
 
 
 def changed(plan: Plan, **arrays: Array) -> Plan:

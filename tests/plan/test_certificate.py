@@ -25,6 +25,8 @@ RIGHT: dict[str, Callable[[], Plan]] = {
     "stepping on point feet": lambda: b.stepping(b.robot("point")),
     "stepping, wheels locked": lambda: b.stepping(gait=b.STEPPING["gait"] | {"wheels": "locked"}),
     "without limbs": lambda: b.driving(b.robot(limbs=False)),
+    "on an unequal mesh": b.stepping_on_an_unequal_mesh,
+    "on another mesh than asked": lambda: b.asked(b.stepping(), interval=0.05),
     "paper": lambda: b.stepping(profile="paper"),
     "one interval": lambda: b.standing(b.scenario(horizon=0.1)),
     "many intervals": lambda: b.standing(b.scenario(horizon=10.0, interval=0.01)),
@@ -56,14 +58,20 @@ def _lifted(plan: Plan, leg: int, place: Any, by: float) -> Plan:
     return b.spoilt(plan, "foot_z", (*place, leg), by)
 
 
-drive, turn, step = b.driving, b.turning, b.stepping
+drive, turn, step, uneven = b.driving, b.turning, b.stepping, b.stepping_on_an_unequal_mesh
 
 SPOILT: dict[str, list[Callable[[], Plan]]] = {
+    "mesh": [
+        lambda: b.spoilt(uneven(), "lengths", 5, 1e-3),
+        lambda: b.spoilt(uneven(), "lengths", 5, -0.2),
+        lambda: replace(uneven(), schedule=uneven().scenario.schedule),
+        lambda: b.asked(step(), horizon=4.1),
+    ],
     "finite": [lambda: b.spoilt(drive(), "force", (3, FL, 0), np.nan)],
     "schedule": [
         lambda: b.changed(step(), contact=np.roll(step().schedule.contact.T, 1, axis=0)),
         lambda: b.asked(step(), gait__HL=[[0.5, 1.6]]),
-        lambda: b.asked(step(), interval=0.05),
+        lambda: b.asked(step(), interval=0.15),
     ],
     "position_defect": [
         lambda: b.spoilt(drive(), "base", (5, 1, 1), 1e-3),
@@ -205,15 +213,15 @@ def test_every_row_has_a_test_that_spoils_it() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["base", "base_rate", "foot_xy", "heading", "foot_z", "force", "motion", "interval"]
+    "name", ["base", "base_rate", "foot_xy", "heading", "foot_z", "force", "motion", "lengths"]
 )
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1e300])
 def test_a_number_that_is_none_fails_and_does_not_crash(name: str, value: float) -> None:
     plan = b.driving()
-    place = () if name == "interval" else (0,) * np.ndim(getattr(plan.trajectory, name))
+    place = (0,) * np.ndim(getattr(plan.trajectory, name))
     certificate = certify(b.spoilt(plan, name, place, value))
     assert not certificate.passed
-    assert [row.name for row in certificate.failures] == ["finite"]
+    assert [row.name for row in certificate.failures] == ["mesh" if name == "lengths" else "finite"]
     json.dumps(certificate.to_dict(), allow_nan=False)
 
 

@@ -35,7 +35,8 @@ def plan(request: pytest.FixtureRequest) -> rg.Plan:
 def inside_times(plan: rg.Plan) -> Array:
     """Times inside the intervals, three in each."""
     inside = np.array([0.15, 0.5, 0.85])
-    return np.asarray((np.arange(plan.schedule.intervals)[:, None] + inside).ravel() * plan.schedule.interval)
+    schedule = plan.schedule
+    return np.asarray((schedule.node_times[:-1, None] + np.outer(schedule.lengths, inside)).ravel())
 
 
 def test_nothing_jumps_at_the_nodes(plan: rg.Plan) -> None:

@@ -38,8 +38,7 @@ def file(plan: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def assert_same(a: Plan, b: Plan) -> None:
     assert (a.robot, a.scenario, a.statistics) == (b.robot, b.scenario, b.statistics)
-    assert a.schedule.interval == b.schedule.interval
-    np.testing.assert_array_equal(a.schedule.contact, b.schedule.contact)
+    assert a.schedule == b.schedule
     assert type(a.trajectory) is type(b.trajectory)
     ours, theirs = a.trajectory.arrays(), b.trajectory.arrays()
     assert list(ours) == list(theirs)
@@ -52,6 +51,19 @@ def assert_same(a: Plan, b: Plan) -> None:
 def test_saving_and_loading_is_the_identity(name: str, tmp_path: Path) -> None:
     plan = motion_plan(find_scenario(name), solved=name == "wheeled")
     assert_same(Plan.load(plan.save(tmp_path / "plan.npz")), plan)
+
+
+@settings(max_examples=20, deadline=None)
+@given(which=st.sets(st.integers(0, 9), min_size=1), parts=st.integers(2, 7))
+def test_every_mesh_survives(which: set[int], parts: int, tmp_path_factory: pytest.TempPathFactory) -> None:
+    plan = motion_plan(SMALL, schedule=SMALL.schedule.refined(list(which), parts))
+    path = plan.save(tmp_path_factory.mktemp("plan") / "mesh.npz")
+    loaded = Plan.load(path)
+    assert_same(loaded, plan)
+    assert loaded.schedule.mesh == loaded.trajectory.mesh
+    times = np.linspace(0.0, plan.horizon, 41)
+    np.testing.assert_array_equal(loaded.sample(times).force, plan.sample(times).force)
+    path.unlink()
 
 
 @settings(max_examples=20, deadline=None)
@@ -174,9 +186,12 @@ DAMAGES: dict[str, Callable[[dict[str, Any], dict[str, Any]], object]] = {
     "no intervals": lambda h, a: a.update({"trajectory/force": np.zeros((0, 4, 3))}),
     "one interval less": lambda h, a: a.update({"trajectory/base": a["trajectory/base"][1:]}),
     "text for numbers": lambda h, a: a.update({"trajectory/motion": a["trajectory/motion"].astype(str)}),
-    "another horizon": lambda h, a: a.update(interval=np.array(0.5)),
-    "no time": lambda h, a: a.update(interval=np.array(0.0)),
-    "NaN for the time": lambda h, a: a.update(interval=np.array(np.nan)),
+    "other intervals": lambda h, a: a.update(lengths=2.0 * a["lengths"]),
+    "one length for all": lambda h, a: a.update(lengths=a["lengths"][0]),
+    "intervals without contacts": lambda h, a: a.update(contact=a["contact"][:, 1:]),
+    "no time": lambda h, a: a.update(lengths=0.0 * a["lengths"]),
+    "NaN for the time": lambda h, a: a.update(lengths=np.nan * a["lengths"]),
+    "NaN for the solution's time": lambda h, a: a["trajectory/lengths"].fill(np.nan),
 }
 
 
@@ -254,5 +269,5 @@ def test_the_same_plan_gives_the_same_arrays_in_a_plain_npz(file: Path) -> None:
     with zipfile.ZipFile(file) as archive:
         names = archive.namelist()
         header = np.load(io.BytesIO(archive.read("header.npy")))
-    assert {"header.npy", "contact.npy", "interval.npy", "trajectory/force.npy"} <= set(names)
+    assert {"header.npy", "contact.npy", "lengths.npy", "trajectory/force.npy"} <= set(names)
     assert json.loads(str(header))["format"] == "rollgait-plan"

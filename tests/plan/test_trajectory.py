@@ -15,7 +15,7 @@ from rollgait.plan.samples import Array
 from rollgait.plan.trajectory import CollocationTrajectory, feet_in_world
 from rollgait.polynomials import HEIGHT_POINTS, STATE_POINTS, gauss_points, lagrange
 from rollgait.robot import Robot, find_robot
-from rollgait.scenario import find_scenario
+from rollgait.scenario import ContactSchedule, Scenario, find_scenario
 from tests.view.builders import motion_plan
 
 FEET_KINDS = ("steerable", "fixed", "point")
@@ -34,15 +34,26 @@ def plan_with(feet: str, name: str = "hybrid-goback") -> Plan:
     return motion_plan(find_scenario(name), robot.with_feet(feet))
 
 
-@pytest.fixture(scope="module", params=[*FEET_KINDS, "mixed"])
+def uneven(scenario: Scenario, seed: int = 0) -> ContactSchedule:
+    """The scenario's schedule on a mesh of which some intervals, no matter which, are cut in 2 or 3."""
+    random, schedule = np.random.default_rng(seed), scenario.schedule
+    which = random.choice(schedule.intervals, schedule.intervals // 3, replace=False)
+    return schedule.refined(which, random.integers(2, 4, which.size))
+
+
+@pytest.fixture(scope="module", params=[*FEET_KINDS, "mixed", "uneven"])
 def plan(request: pytest.FixtureRequest) -> Plan:
+    if request.param == "uneven":
+        scenario = find_scenario("hybrid-goback")
+        return motion_plan(scenario, schedule=uneven(scenario))
     return plan_with(request.param)
 
 
 def inside_times(plan: Plan) -> Array:
     """Times well inside the intervals, three in each."""
     inside = np.array([0.15, 0.5, 0.85])
-    return np.asarray((np.arange(plan.schedule.intervals)[:, None] + inside).ravel() * plan.schedule.interval)
+    schedule = plan.schedule
+    return np.asarray((schedule.node_times[:-1, None] + np.outer(schedule.lengths, inside)).ravel())
 
 
 @pytest.mark.parametrize("points", [STATE_POINTS, HEIGHT_POINTS])
@@ -76,13 +87,15 @@ def test_gauss_points_are_roots_of_the_legendre_polynomial(count: int) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_a_cubic_motion_is_sampled_exactly(seed: int) -> None:
     """States that are cubic (heights: quadratic) in time on the whole horizon come out as they are."""
-    plan = motion_plan(find_scenario("wheeled"))
-    count, h = plan.schedule.intervals, plan.schedule.interval
+    plan = motion_plan(find_scenario("wheeled"), schedule=uneven(find_scenario("wheeled"), seed))
+    mesh = plan.schedule.mesh
     random = np.random.default_rng(seed)
     cubic = np.polynomial.Polynomial(random.normal(size=4), domain=[0.0, plan.horizon], window=[0.0, 1.0])
     square = np.polynomial.Polynomial(random.normal(size=3), domain=[0.0, plan.horizon], window=[0.0, 1.0])
-    states = (np.arange(count)[:, None] + np.concatenate([[0.0], gauss_points(STATE_POINTS)])) * h
-    heights = (np.arange(count)[:, None] + np.concatenate([[0.0], gauss_points(HEIGHT_POINTS)])) * h
+    states, heights = (
+        mesh.times[:-1, None] + np.outer(mesh.lengths, np.concatenate([[0.0], gauss_points(points)]))
+        for points in (STATE_POINTS, HEIGHT_POINTS)
+    )
     solution = plan.trajectory
     assert isinstance(solution, CollocationTrajectory)
     solution = replace(
@@ -155,9 +168,8 @@ def test_turning_the_world_turns_the_velocity(angle: float, first: float, second
 
 
 def test_at_a_border_the_inputs_are_those_of_the_later_interval(plan: Plan) -> None:
-    h, count = plan.schedule.interval, plan.schedule.intervals
     at = plan.sample(plan.schedule.node_times)
-    later = plan.sample((np.arange(count) + 0.5) * h)
+    later = plan.sample(plan.schedule.mesh.middles)
     np.testing.assert_array_equal(at.contact[:-1], plan.schedule.contact.T)
     np.testing.assert_array_equal(at.force[:-1], later.force)
     np.testing.assert_array_equal(at.contact[-1], later.contact[-1])

@@ -12,13 +12,18 @@ from hypothesis import strategies as st
 
 from rollgait.errors import InputError
 from rollgait.robot import LEG_NAMES
-from rollgait.scenario import Crawl, Drive, Schedule
+from rollgait.scenario import Crawl, Drive, Mesh, Schedule
 from rollgait.scenario.schedule import MIN_SWING_INTERVALS, ContactSchedule, intervals_of, put_on_mesh
 
 horizons = st.floats(4.0, 30.0)
 intervals = st.floats(0.02, 0.12)
 steps = st.integers(1, 16)
 fractions = st.floats(0.3, 1.0)
+
+
+def tenths(count: int) -> Mesh:
+    """Intervals of 0.1 s."""
+    return Mesh.equal(0.1 * count, count)
 
 
 def crawl_on_mesh(gait: Crawl, horizon: float, interval: float) -> ContactSchedule:
@@ -52,8 +57,9 @@ def test_a_crawl_has_its_durations(horizon: float, interval: float, count: int, 
         assert 0.5 * (begin + end) == pytest.approx(1.0 + (k + 0.5) * slot)
     schedule = crawl_on_mesh(gait, horizon, interval)
     for swing, (begin, end) in zip(sorted(schedule.swings(), key=lambda s: s.lift_off), exact, strict=True):
-        assert abs(swing.lift_off * schedule.interval - begin) <= 0.5 * schedule.interval + 1e-9
-        assert abs(swing.touch_down * schedule.interval - end) <= 0.5 * schedule.interval + 1e-9
+        lift_off, touch_down = schedule.node_times[[swing.lift_off, swing.touch_down]]
+        assert abs(lift_off - begin) <= 0.5 * schedule.lengths[0] + 1e-9
+        assert abs(touch_down - end) <= 0.5 * schedule.lengths[0] + 1e-9
 
 
 @given(horizon=horizons, interval=intervals, count=steps)
@@ -67,8 +73,8 @@ def test_every_leg_takes_its_share_of_the_steps(horizon: float, interval: float,
 @given(horizon=st.floats(6.0, 20.0), interval=intervals, start=st.floats(0.0, 2.0), end=st.floats(0.0, 2.0))
 def test_all_feet_are_down_in_the_pauses(horizon: float, interval: float, start: float, end: float) -> None:
     schedule = crawl_on_mesh(Crawl(steps=4, pause_start=start, pause_end=end), horizon, interval)
-    begins = schedule.node_times[:-1]
-    assert schedule.contact[:, begins + schedule.interval <= start].all()
+    begins, ends = schedule.node_times[:-1], schedule.node_times[1:]
+    assert schedule.contact[:, ends <= start].all()
     assert schedule.contact[:, begins >= horizon - end].all()
 
 
@@ -92,15 +98,14 @@ def test_the_mesh_fills_the_horizon_with_about_the_asked_interval(horizon: float
     schedule = put_on_mesh(Drive(), horizon, interval)
     assert schedule.horizon == pytest.approx(horizon)
     assert schedule.intervals == intervals_of(horizon, interval)
-    assert abs(schedule.interval - interval) <= 0.5 * interval / schedule.intervals + 1e-9
-    assert schedule.node_times.shape == (schedule.intervals + 1,)
-    np.testing.assert_allclose(np.diff(schedule.node_times), schedule.interval)
+    assert schedule.mesh.is_equal
+    assert abs(schedule.lengths[0] - interval) <= 0.5 * interval / schedule.intervals + 1e-9
 
 
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 40))
 def test_swings_tell_the_whole_contact(seed: int, count: int) -> None:
     contact = np.random.default_rng(seed).random((4, count)) < 0.6
-    schedule = ContactSchedule(contact, 0.1)
+    schedule = ContactSchedule(contact, tenths(contact.shape[1]))
     again = np.ones_like(contact)
     for swing in schedule.swings():
         again[swing.leg, swing.lift_off : swing.touch_down] = False
@@ -112,7 +117,7 @@ def test_swings_tell_the_whole_contact(seed: int, count: int) -> None:
 def test_the_middle_is_inside_the_swing(lift_off: int, length: int) -> None:
     contact = np.ones((4, 100), dtype=bool)
     contact[2, lift_off : lift_off + length] = False
-    (swing,) = ContactSchedule(contact, 0.1).swings()
+    (swing,) = ContactSchedule(contact, tenths(contact.shape[1])).swings()
     assert lift_off < swing.middle < swing.touch_down
     assert abs(swing.middle - (lift_off + 0.5 * length)) <= 0.5
 
@@ -120,7 +125,7 @@ def test_the_middle_is_inside_the_swing(lift_off: int, length: int) -> None:
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 40))
 def test_a_node_is_on_the_ground_where_an_interval_beside_it_is(seed: int, count: int) -> None:
     contact = np.random.default_rng(seed).random((4, count)) < 0.6
-    at_nodes = ContactSchedule(contact, 0.1).node_contact
+    at_nodes = ContactSchedule(contact, tenths(contact.shape[1])).node_contact
     assert at_nodes.shape == (4, count + 1)
     for node in range(count + 1):
         beside = [k for k in (node - 1, node) if 0 <= k < count]

@@ -20,7 +20,7 @@ class CondensedTrajectory(Trajectory):
 
     Attributes:
         contact: (N, 4), bool, stance or swing of each foot.
-        interval: h, s, shape ().
+        lengths: h of each interval, (N,), s.
         r, theta, dr: of the CoM and the base at the beginning of each interval, (N, 3), m, rad, m/s.
         L: angular momentum about the CoM, (N, 3), N·m·s.
         foot_xy: contact points, (N, 4, 2), m.
@@ -33,7 +33,7 @@ class CondensedTrajectory(Trajectory):
 
     kind: ClassVar[str] = "condensed"
     contact: NDArray[np.bool_]
-    interval: Array
+    lengths: Array
     r: Array
     theta: Array
     dr: Array
@@ -46,9 +46,7 @@ class CondensedTrajectory(Trajectory):
     lift_rate: Array
 
     def sample(self, times: Array, robot: Robot) -> Samples:
-        h, count = float(self.interval), self.r.shape[0]
-        k = np.clip(np.floor(times / h + 1e-9).astype(int), 0, count - 1)
-        tau = times / h - k
+        k, tau = self.mesh.place_of(times)
         figures = Figures(
             mass=robot.mass,
             inertia_inverse=list(np.linalg.inv(robot.inertia_matrix)),
@@ -69,7 +67,7 @@ class CondensedTrajectory(Trajectory):
             FootInput(list(self.force[k, i].T), list(self.motion[k, i].T), self._rates(k, i, tau))
             for i in range(4)
         ]
-        x, _ = step(np, begin, inputs, tau * h, figures)
+        x, _ = step(np, begin, inputs, tau * self.lengths[k], figures)
         theta = np.stack(x.theta, axis=-1)
         theta_rate = np.stack(euler_rate(np, x.theta, x.L, figures), axis=-1)
         heading = np.stack([np.broadcast_to(foot.sigma, times.shape) for foot in x.feet], axis=-1)
@@ -100,15 +98,11 @@ class CondensedTrajectory(Trajectory):
     def _rates(self, k: NDArray[np.intp], leg: int, tau: Array) -> list[Array]:
         return [self._rate_at(k, leg, c * tau) for c in POINTS]
 
-    @property
-    def horizon(self) -> float:
-        return float(self.interval * self.r.shape[0])
-
     @classmethod
-    def layout(cls, count: int) -> dict[str, tuple[str, tuple[int, ...]]]:
+    def layout(cls, count: int | str) -> dict[str, tuple[str, tuple[int | str, ...]]]:
         return {
             "contact": ("b", (count, 4)),
-            "interval": ("f", ()),
+            "lengths": ("f", (count,)),
             **dict.fromkeys(("r", "theta", "dr", "L"), ("f", (count, 3))),
             "foot_xy": ("f", (count, 4, 2)),
             **dict.fromkeys(("foot_z", "heading"), ("f", (count, 4))),

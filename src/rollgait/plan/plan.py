@@ -3,33 +3,36 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydantic import BaseModel
 
 from rollgait.archive import ArchiveFormat
-from rollgait.config import validate
-from rollgait.errors import InputError
+from rollgait.config import Line
+from rollgait.errors import InputError, UnknownNameError
+from rollgait.npz import Layout
+from rollgait.plan.condensed import CondensedTrajectory  # noqa: F401  (so that its files are known)
 from rollgait.plan.samples import Samples
 from rollgait.plan.trajectory import Trajectory
 from rollgait.robot.robot import LEG_NAMES, Robot
+from rollgait.scenario.mesh import Mesh
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
 
 if TYPE_CHECKING:
     from rollgait.plan.certificate import Certificate
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 """Version of the file format; a file with another one is refused."""
 
 MAX_SAMPLES = 1_000_000
 """More samples than this at once are a slip of the pen: they would fill the memory."""
 
-_FILE = ArchiveFormat("rollgait-plan", FORMAT_VERSION, "plan", "is not a plan that rollgait saved")
 _PREFIX = "trajectory/"
 
 
@@ -37,7 +40,7 @@ _PREFIX = "trajectory/"
 class StartResult:
     """What came of one initial guess: whether it was solved, at which cost, after how long (s)."""
 
-    name: str
+    name: Line
     solved: bool
     cost: float
     iterations: int
@@ -54,8 +57,9 @@ class Statistics:
         solved: whether the solver converged. Only then may the plan be called a success.
         status: the solver's own word.
         iterations: its iterations.
-        build_time: from the scenario to a solver that is ready, s.
-        solve_time: in the solver, s.
+        seconds: wall time by what it went into, s: `load` (files), `build` (numbers and solver), `guess`
+            (starts and easier problems that lead to one), `solve` (the solver), `certify` (looks of the
+            judge that led to repairs), `other`. They sum to the whole.
         cost: total cost J.
         costs: J term by term, by the name of the term.
         variables: number of variables of the NLP.
@@ -64,30 +68,39 @@ class Statistics:
         worst: which constraint that is, where and when, as one line ("" if none is violated).
         start: name of the initial guess from which this was found.
         starts: what came of each initial guess that was tried.
+        linear_algebra: what factorised the solver's matrices, e.g. BLASFEO with a product compiled here.
     """
 
-    transcription: str
-    solver: str
+    transcription: Line
+    solver: Line
     solved: bool
-    status: str
+    status: Line
     iterations: int
-    build_time: float
-    solve_time: float
     cost: float
     costs: dict[str, float] = field(default_factory=dict)
+    seconds: dict[str, float] = field(default_factory=dict)
     variables: int = 0
     constraints: int = 0
     violation: float = 0.0
-    worst: str = ""
-    start: str = ""
+    worst: Line = ""
+    start: Line = ""
     starts: tuple[StartResult, ...] = ()
+    linear_algebra: str = ""
 
-    @classmethod
-    def from_dict(cls, data: dict[str, Any]) -> Statistics:
-        """The inverse of `dataclasses.asdict`."""
-        known = {f.name: data[f.name] for f in fields(cls) if f.name in data}
-        known["starts"] = tuple(StartResult(**start) for start in known.get("starts", ()))
-        return cls(**known)
+    @property
+    def wall_time(self) -> float:
+        """From the call to the plan, s: what the user waited for."""
+        return sum(self.seconds.values())
+
+    @property
+    def solve_time(self) -> float:
+        """In the solver, s."""
+        return self.seconds.get("solve", 0.0)
+
+    @property
+    def build_time(self) -> float:
+        """From the scenario to a solver that is ready, s."""
+        return self.seconds.get("build", 0.0)
 
 
 @dataclass(frozen=True)
@@ -107,6 +120,13 @@ class Plan:
     schedule: ContactSchedule
     trajectory: Trajectory
     statistics: Statistics
+
+    def with_statistics(self, statistics: Statistics) -> Plan:
+        """The same plan with other statistics; what was judged of it stays."""
+        other = replace(self, statistics=statistics)
+        if "_certificate" in self.__dict__:
+            other.__dict__["_certificate"] = self._certificate
+        return other
 
     @property
     def solved(self) -> bool:
@@ -179,7 +199,7 @@ class Plan:
         }
         arrays: dict[str, Any] = {
             "contact": self.schedule.contact,
-            "interval": np.array(self.schedule.interval),
+            "lengths": self.schedule.lengths,
             **{_PREFIX + name: array for name, array in self.trajectory.arrays().items()},
         }
         return _FILE.write(path, header, arrays)
@@ -196,25 +216,45 @@ class Plan:
             return cls._from_parts(header, arrays)
 
     @classmethod
-    def _from_parts(cls, header: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Plan:
-        """The plan in the parts of a file. Raises KeyError, TypeError or ValueError if they do not fit."""
-        trajectory = Trajectory.registry[header["kind"]].from_arrays(
+    def _from_parts(cls, header: _Header, arrays: dict[str, NDArray[Any]]) -> Plan:
+        """The plan in the parts of a file. Raises `InputError` if they do not fit together."""
+        trajectory = Trajectory.registry[header.kind].from_arrays(
             {key.removeprefix(_PREFIX): a for key, a in arrays.items() if key.startswith(_PREFIX)}
         )
-        contact, interval = arrays["contact"], float(arrays["interval"])
-        if contact.dtype != np.bool_ or contact.ndim != 2 or contact.shape[0] != len(LEG_NAMES):
-            raise InputError(
-                "contact", contact.shape, "must be truth values for four legs and every interval"
-            )
-        schedule = ContactSchedule(contact, interval)
-        if not (interval > 0.0 and np.isclose(schedule.horizon, trajectory.horizon)):
-            raise InputError(
-                "interval", interval, f"must cut {trajectory.horizon:.6g} s, as the solution does"
-            )
+        contact = arrays["contact"]
+        schedule = ContactSchedule(contact, Mesh(arrays["lengths"]))
+        if schedule.mesh != trajectory.mesh:
+            raise InputError("lengths", schedule.intervals, "intervals must be those of the solution")
         return cls(
-            robot=validate(Robot, header["robot"], "robot"),
-            scenario=validate(Scenario, header["scenario"], "scenario"),
+            robot=header.robot,
+            scenario=header.scenario,
             schedule=schedule,
             trajectory=trajectory,
-            statistics=Statistics.from_dict(header["statistics"]),
+            statistics=header.statistics,
         )
+
+
+class _Header(BaseModel):
+    """What the header of a plan file holds."""
+
+    kind: str
+    robot: Robot
+    scenario: Scenario
+    statistics: Statistics
+
+
+def _layout(header: _Header) -> Layout:
+    """The arrays of a plan file, by the kind of its trajectory; N intervals."""
+    if header.kind not in Trajectory.registry:
+        raise UnknownNameError("kind", header.kind, Trajectory.registry)
+    trajectory = Trajectory.registry[header.kind].layout("N")
+    return {
+        "contact": ("b", (len(LEG_NAMES), "N")),
+        "lengths": ("f", ("N",)),
+        **{_PREFIX + name: described for name, described in trajectory.items()},
+    }
+
+
+_FILE = ArchiveFormat(
+    "rollgait-plan", FORMAT_VERSION, "plan", "is not a plan that rollgait saved", _Header, _layout
+)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+
+from rollgait.npz import Layout
 
 Array = NDArray[np.float64]
 
@@ -49,3 +51,14 @@ class Samples:
     def at(self, index: Any) -> Samples:
         """The samples at an index or slice of the first axis."""
         return Samples(**{f.name: getattr(self, f.name)[index] for f in fields(self)})
+
+
+SAMPLES_LAYOUT: Final[Layout] = {
+    "time": ("f", ("n",)),
+    **dict.fromkeys(("com_position", "euler", "com_velocity", "euler_rate"), ("f", ("n", 3))),
+    **dict.fromkeys(("foot_position", "foot_velocity"), ("f", ("n", 4, 3))),
+    **dict.fromkeys(("heading", "heading_rate", "speed"), ("f", ("n", 4))),
+    "force": ("f", ("n", 4, 3)),
+    "contact": ("b", ("n", 4)),
+}
+"""Samples as arrays in a file."""

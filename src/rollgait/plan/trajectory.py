@@ -8,30 +8,45 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.dynamics.foot import planar_motion
 from rollgait.errors import InputError
+from rollgait.npz import KINDS
 from rollgait.plan.samples import Array, Samples
 from rollgait.polynomials import HEIGHT_POINTS, STATE_POINTS, gauss_points, lagrange
 from rollgait.robot.robot import Robot
+from rollgait.scenario.mesh import Mesh
 
 
 class Trajectory(ABC):
-    """A solution that can be evaluated at any time of the horizon."""
+    """A solution that can be evaluated at any time of the horizon.
+
+    Attributes:
+        kind: in files, of the transcription.
+        lengths: of the N intervals, (N,), s.
+    """
 
     kind: ClassVar[str]
     registry: ClassVar[dict[str, type[Trajectory]]] = {}
+    lengths: Array
 
     def __init_subclass__(cls) -> None:
         Trajectory.registry[cls.kind] = cls
 
+    @cached_property
+    def mesh(self) -> Mesh:
+        """The intervals for which there is data."""
+        return Mesh(self.lengths)
+
     @property
-    @abstractmethod
     def horizon(self) -> float:
         """T, s: the end of the time for which there is data."""
+        return self.mesh.horizon
 
     @abstractmethod
     def sample(self, times: Array, robot: Robot) -> Samples:
@@ -39,8 +54,8 @@ class Trajectory(ABC):
 
     @classmethod
     @abstractmethod
-    def layout(cls, count: int) -> dict[str, tuple[str, tuple[int, ...]]]:
-        """Kind of number (f or b) and shape of each array of a trajectory with N = `count`."""
+    def layout(cls, count: int | str) -> dict[str, tuple[str, tuple[int | str, ...]]]:
+        """Kind of number and shape of each array of a trajectory with N = `count`, a number or its name."""
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """What must be saved to build it again with `from_arrays`."""
@@ -57,21 +72,18 @@ class Trajectory(ABC):
         for name, (kind, shape) in cls.layout(count).items():
             array = arrays[name]
             if count == 0 or array.shape != shape or array.dtype.kind != kind:
-                rule = f"must have the shape {shape} and hold {_KINDS[kind]}"
+                rule = f"must have the shape {shape} and hold {KINDS[kind][1]}"
                 raise InputError(f"trajectory.{name}", array.shape, rule)
         return cls(**{name: arrays[name] for name in names})
 
 
-_KINDS = {"f": "floating-point numbers", "b": "truth values"}
-
-
 @dataclass(frozen=True)
 class CollocationTrajectory(Trajectory):
-    """Polynomials on N equal intervals, given by their values at the node and at the collocation points.
+    """Polynomials on N intervals, given by their values at the node and at the collocation points.
 
     Attributes:
         contact: (N, 4), bool, stance or swing of each foot.
-        interval: h, s, shape ().
+        lengths: h of each interval, (N,), s.
         base: r and θ at the node and the 3 points, (N, 4, 6).
         base_rate: ṙ and θ̇ there, (N, 4, 6).
         foot_xy: contact points there, (N, 4, 4, 2): interval, support, leg, axis.
@@ -85,7 +97,7 @@ class CollocationTrajectory(Trajectory):
 
     kind: ClassVar[str] = "collocation"
     contact: NDArray[np.bool_]
-    interval: Array
+    lengths: Array
     base: Array
     base_rate: Array
     foot_xy: Array
@@ -94,21 +106,15 @@ class CollocationTrajectory(Trajectory):
     force: Array
     motion: Array
 
-    @property
-    def horizon(self) -> float:
-        return float(self.interval * self.base.shape[0])
-
     def sample(self, times: Array, robot: Robot) -> Samples:
-        h, count = float(self.interval), self.base.shape[0]
-        k = np.clip(np.floor(times / h + 1e-9).astype(int), 0, count - 1)
-        tau = times / h - k
+        k, tau = self.mesh.place_of(times)
         state, _ = lagrange(np.concatenate([[0.0], gauss_points(STATE_POINTS)]), tau)
         height, height_slope = lagrange(np.concatenate([[0.0], gauss_points(HEIGHT_POINTS)]), tau)
         base = np.einsum("ns,nsi->ni", state, self.base[k])
         base_rate = np.einsum("ns,nsi->ni", state, self.base_rate[k])
         xy = np.einsum("ns,nsli->nli", state, self.foot_xy[k])
         z = np.einsum("ns,nsl->nl", height, self.foot_z[k])
-        z_rate = np.einsum("ns,nsl->nl", height_slope, self.foot_z[k]) / h
+        z_rate = np.einsum("ns,nsl->nl", height_slope, self.foot_z[k]) / self.lengths[k, None]
         heading = np.einsum("ns,nsl->nl", state, self.heading[k])
         foot = feet_in_world(robot, self.motion[k], heading, base[:, 3], base_rate[:, 3])
         return Samples(
@@ -127,11 +133,11 @@ class CollocationTrajectory(Trajectory):
         )
 
     @classmethod
-    def layout(cls, count: int) -> dict[str, tuple[str, tuple[int, ...]]]:
+    def layout(cls, count: int | str) -> dict[str, tuple[str, tuple[int | str, ...]]]:
         state, height = STATE_POINTS + 1, HEIGHT_POINTS + 1  # the node and the collocation points
         return {
             "contact": ("b", (count, 4)),
-            "interval": ("f", ()),
+            "lengths": ("f", (count,)),
             "base": ("f", (count, state, 6)),
             "base_rate": ("f", (count, state, 6)),
             "foot_xy": ("f", (count, state, 4, 2)),
@@ -165,16 +171,7 @@ def feet_in_world(robot: Robot, motion: Array, heading: Array, yaw: Array, yaw_r
     velocity = np.zeros_like(motion)
     sigma, rate, speed = np.zeros_like(heading), np.zeros_like(heading), np.zeros_like(heading)
     for i, leg in enumerate(robot.leg_list):
-        first, second = motion[:, i, 0], motion[:, i, 1]
-        if leg.foot == "point":
-            velocity[:, i] = motion[:, i]
-            continue
-        steers = leg.foot == "steerable"
-        sigma[:, i] = heading[:, i] if steers else yaw + leg.heading
-        rate[:, i] = second if steers else yaw_rate
-        speed[:, i] = first
-        lateral = np.zeros_like(first) if steers else second
-        c, s = np.cos(sigma[:, i]), np.sin(sigma[:, i])
-        velocity[:, i, 0] = c * first - s * lateral
-        velocity[:, i, 1] = s * first + c * lateral
+        foot = planar_motion(np, leg.foot, motion[:, i].T, heading[:, i], yaw, yaw_rate, leg.heading)
+        velocity[:, i] = np.stack(foot.velocity, axis=-1)
+        sigma[:, i], rate[:, i], speed[:, i] = foot.heading, foot.heading_rate, foot.speed
     return FootMotion(velocity, sigma, rate, speed)

@@ -1,8 +1,9 @@
 """What is asked: scenarios, gaits, ground, weights and bounds."""
 
-from rollgait.scenario.gait import Crawl, Drive, Schedule
+from rollgait.scenario.gait import Crawl, Drive, Pace, Schedule, Trot, Walk
 from rollgait.scenario.ground import FlatGround
 from rollgait.scenario.library import find_scenario, scenario_names
+from rollgait.scenario.mesh import Mesh
 from rollgait.scenario.scenario import Goal, LaterGoal, Scenario, Start
 from rollgait.scenario.schedule import ContactSchedule
 from rollgait.scenario.weights import Bounds, Weights
@@ -15,9 +16,13 @@ __all__ = [
     "FlatGround",
     "Goal",
     "LaterGoal",
+    "Mesh",
+    "Pace",
     "Scenario",
     "Schedule",
     "Start",
+    "Trot",
+    "Walk",
     "Weights",
     "find_scenario",
     "scenario_names",

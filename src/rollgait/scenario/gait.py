@@ -6,25 +6,42 @@ A gait says in continuous time when each foot lifts off and touches down; `sched
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
-from pydantic import AfterValidator, Discriminator, Field, model_validator
+from pydantic import AfterValidator, Discriminator, Field
 
 from rollgait.config import Config, NonNegative, Number, Positive, Whole
 from rollgait.robot.robot import LEG_NAMES, LegName
+from rollgait.scenario.patterns import PATTERNS, Wheels
 
 Swing = tuple[Number, Number]
 """(lift-off, touch-down), s."""
 Swings = dict[LegName, tuple[Swing, ...]]
+StepCount = Annotated[Whole, Field(ge=1, le=1000)]
+SwingFraction = Annotated[Number, Field(gt=0.0, le=1.0)]
+
+PAIR_STEPS: Final = 16
+"""Steps of pairs: half a second each in the usual horizon of 10 s."""
+PAIR_SWING: Final = 0.6
+"""Part of their slots in the air: two feet cannot hold the robot for long."""
+
+
+def _has_legs(value: tuple[LegName, ...]) -> tuple[LegName, ...]:
+    if not value:
+        raise ValueError("must name at least one leg")
+    return value
+
+
+Order = Annotated[tuple[LegName, ...], AfterValidator(_has_legs)]
 
 
 class BaseGait(Config):
     """What all gaits share."""
 
-    wheels: Literal["rolling", "locked"] = "rolling"
+    wheels: Wheels = "rolling"
     """`locked`: the feet stand still on the ground, as point feet do (the paper's legged mode)."""
-    clearance: Positive = 0.08
-    """z_fly: height of the foot above the ground in the middle of its swing, m."""
+    clearance: Positive | None = None
+    """z_fly: height of the foot above the ground in mid-swing, m. Default: 0.08, less for small robots."""
 
     def swings(self, horizon: float) -> Swings:
         """Lift-off and touch-down times of each leg within `horizon` (s); ValueError if it does not fit."""
@@ -41,21 +58,22 @@ class Drive(BaseGait):
         return dict.fromkeys(LEG_NAMES, ())
 
 
-class Crawl(BaseGait):
-    """One foot at a time, in equal slots of which the middle part is swing."""
+class SteppingGait(BaseGait):
+    """What gaits of equal steps share: each step has a slot of time, of which the middle part is swing."""
 
-    kind: Literal["crawl"] = "crawl"
-    """Kind of the gait."""
-    steps: Annotated[Whole, Field(ge=1, le=1000)] = 8
-    """Number of steps of all feet together."""
-    order: tuple[LegName, ...] = ("HR", "FR", "HL", "FL")
-    """Order in which the feet step, repeated as often as needed."""
-    swing_fraction: Annotated[Number, Field(gt=0.0, le=1.0)] = 0.8
-    """Part of a slot in which the foot is in the air, in its middle."""
     pause_start: NonNegative = 1.0
     """Time at the beginning with all feet on the ground, s."""
     pause_end: NonNegative = 1.0
     """Time at the end with all feet on the ground, s."""
+    steps: StepCount = 8
+    """Number of steps in all."""
+    swing_fraction: SwingFraction = 0.8
+    """Part of a slot in which feet are in the air, in its middle."""
+
+    @property
+    def groups(self) -> tuple[tuple[LegName, ...], ...]:
+        """The feet of each step, in the order of the steps, repeated as often as needed."""
+        raise NotImplementedError
 
     def swings(self, horizon: float) -> Swings:
         slot = (horizon - self.pause_start - self.pause_end) / self.steps
@@ -68,15 +86,67 @@ class Crawl(BaseGait):
         result: dict[LegName, tuple[Swing, ...]] = dict.fromkeys(LEG_NAMES, ())
         for step in range(self.steps):
             begin = self.pause_start + step * slot
-            leg = self.order[step % len(self.order)]
-            result[leg] = (*result[leg], (begin + rest, begin + slot - rest))
+            for leg in self.groups[step % len(self.groups)]:
+                result[leg] = (*result[leg], (begin + rest, begin + slot - rest))
         return result
 
-    @model_validator(mode="after")
-    def _has_an_order(self) -> Crawl:
-        if not self.order:
-            raise ValueError("must name at least one leg in order")
-        return self
+
+class Crawl(SteppingGait):
+    """One foot at a time."""
+
+    kind: Literal["crawl"] = "crawl"
+    """Kind of the gait."""
+    order: Order = PATTERNS["crawl"].order
+    """Order in which the feet step, repeated as often as needed."""
+
+    @property
+    def groups(self) -> tuple[tuple[LegName, ...], ...]:
+        return tuple((leg,) for leg in self.order)
+
+
+class Walk(SteppingGait):
+    """One foot at a time, the wheels locked: the paper's legged mode."""
+
+    kind: Literal["walk"] = "walk"
+    """Kind of the gait."""
+    wheels: Wheels = PATTERNS["walk"].wheels
+    """`locked`: the feet stand still on the ground, as point feet do; `rolling` would be a crawl."""
+    order: Order = PATTERNS["walk"].order
+    """Order in which the feet step, repeated as often as needed."""
+
+    @property
+    def groups(self) -> tuple[tuple[LegName, ...], ...]:
+        return tuple((leg,) for leg in self.order)
+
+
+class Trot(SteppingGait):
+    """Diagonal pairs in turn: FL and HR, then FR and HL."""
+
+    kind: Literal["trot"] = "trot"
+    """Kind of the gait."""
+    steps: StepCount = PAIR_STEPS
+    """Number of steps of both pairs together."""
+    swing_fraction: SwingFraction = PAIR_SWING
+    """Part of a slot in which a pair is in the air, in its middle."""
+
+    @property
+    def groups(self) -> tuple[tuple[LegName, ...], ...]:
+        return PATTERNS["trot"].groups
+
+
+class Pace(SteppingGait):
+    """Pairs of one side in turn: FL and HL, then FR and HR."""
+
+    kind: Literal["pace"] = "pace"
+    """Kind of the gait."""
+    steps: StepCount = PAIR_STEPS
+    """Number of steps of both pairs together."""
+    swing_fraction: SwingFraction = PAIR_SWING
+    """Part of a slot in which a pair is in the air, in its middle."""
+
+    @property
+    def groups(self) -> tuple[tuple[LegName, ...], ...]:
+        return PATTERNS["pace"].groups
 
 
 def _checked_swings(value: tuple[Swing, ...]) -> tuple[Swing, ...]:
@@ -109,7 +179,8 @@ class Schedule(BaseGait):
         return {"FL": self.FL, "FR": self.FR, "HL": self.HL, "HR": self.HR}
 
 
-Gait = Annotated[Drive | Crawl | Schedule, Discriminator("kind")]
+Gait = Annotated[Drive | Crawl | Walk | Trot | Pace | Schedule, Discriminator("kind")]
 """One of the gaits, told apart by `kind`."""
 
-GAIT_KINDS = ("drive", "crawl", "schedule")
+GAITS: Final = (Drive, Crawl, Walk, Trot, Pace, Schedule)
+GAIT_KINDS: Final = tuple(str(gait.model_fields["kind"].default) for gait in GAITS)

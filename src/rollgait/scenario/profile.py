@@ -1,4 +1,4 @@
-"""The two profiles: a table of defaults each, nothing else.
+"""The two profiles: a table of defaults each, which the fields of weights and bounds state.
 
 `paper` is exactly the paper's problem. `executable` adds what the paper leaves open and a robot needs: it
 must not tumble at the end, miss the goal, jump in speed, or ask for what the joints cannot do.
@@ -8,32 +8,31 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
+from rollgait.config import Config
+from rollgait.scenario.weights import Bounds, Weights
+
+CLEARANCE = 0.08
+"""z_fly, m, of a robot of CENTAURO's size."""
+CLEARANCE_OF_HEIGHT = 0.135
+"""The most that it is, as a part of the CoM's height: what CENTAURO's 0.08 m are of its 0.6 m."""
+FORCE_OF_WEIGHT = 0.045
+"""The most that the smallest normal force is, as a part of the weight: 40 N of the lighter CENTAURO's."""
+
 ProfileName = Literal["paper", "executable"]
 
-PAPER: dict[str, dict[str, Any]] = {
-    "weights": {"acc": 1.0, "goal": 10.0, "force": 5e-4, "feet": 20.0, "speed": 1.0, "yaw": 1.5},
-    "bounds": {
-        "steering_rate_max": 2.0,
-        "speed_max": 1.0,
-        "swing_speed_max": 3.0,  # generous: the paper bounds v in stance only
-        "force_min": 0.0,
-    },
-}
 
-EXECUTABLE: dict[str, dict[str, Any]] = {
-    "weights": PAPER["weights"] | {"tilt": 100.0, "terminal_goal": 5000.0, "lift": 100.0, "swing": 0.1},
-    "bounds": PAPER["bounds"]
-    | {
-        "swing_speed_max": 1.0,  # faster, a nearly stretched leg needs more than the knee's 8.8 rad/s
-        "force_min": 40.0,  # a wheel pressed less slips at the first disturbance
-        "touchdown_speed": 0.1,
-        "acceleration_max": 2.0,
-        "swing_acceleration_max": 4.0,  # a swing of 0.8 s needs no more; 12 jerks the whole body
-        "joint_steering": True,
-        "joint_margin_deg": 8.6,  # 0.15 rad
-        "reach": True,
-        "level_at_end": True,
-    },
-}
+def _table(profile: str) -> dict[str, dict[str, Any]]:
+    """Defaults of a profile by group and key, as the fields state them."""
+    groups: dict[str, type[Config]] = {"weights": Weights, "bounds": Bounds}
+    table: dict[str, dict[str, Any]] = {}
+    for group, model in groups.items():
+        table[group] = {}
+        for name, field in model.model_fields.items():
+            extra = field.json_schema_extra
+            stated = extra.get("profiles") if isinstance(extra, dict) else None
+            if isinstance(stated, dict) and stated[profile] is not None:
+                table[group][name] = stated[profile]
+    return table
 
-PROFILES: dict[str, dict[str, dict[str, Any]]] = {"paper": PAPER, "executable": EXECUTABLE}
+
+PROFILES: dict[str, dict[str, dict[str, Any]]] = {name: _table(name) for name in ("paper", "executable")}

@@ -17,9 +17,15 @@ from rollgait.config import Config, NonNegative, Number, Positive, dump_yaml, lo
 from rollgait.errors import InputError
 from rollgait.robot.library import find_robot
 from rollgait.robot.robot import LEG_NAMES, Robot
-from rollgait.scenario.gait import GAIT_KINDS, BaseGait, Drive, Gait
+from rollgait.scenario.gait import GAIT_KINDS, GAITS, BaseGait, Drive, Gait
 from rollgait.scenario.ground import Ground
-from rollgait.scenario.profile import PROFILES, ProfileName
+from rollgait.scenario.profile import (
+    CLEARANCE,
+    CLEARANCE_OF_HEIGHT,
+    FORCE_OF_WEIGHT,
+    PROFILES,
+    ProfileName,
+)
 from rollgait.scenario.schedule import ContactSchedule, put_on_mesh
 from rollgait.scenario.weights import Bounds, Weights
 
@@ -144,8 +150,7 @@ class Scenario(Config):
         data = self.to_dict()
         for key, value in values.items():
             if key in ("gait", "gait.kind") and isinstance(value, str):
-                shared = {name: data["gait"][name] for name in BaseGait.model_fields} if "." in key else {}
-                data["gait"] = {"kind": value, **shared}
+                data["gait"] = {"kind": value, **(_asked_of_any(data["gait"]) if "." in key else {})}
                 continue
             if key.startswith("robot.") and isinstance(data["robot"], str):
                 data["robot"] = find_robot(data["robot"]).model_dump(mode="json")
@@ -180,14 +185,29 @@ class Scenario(Config):
         """Nominal height of the CoM in the world, m."""
         return self.ground.height + self.body.height
 
+    @property
+    def clearance(self) -> float:
+        """z_fly of the gait: its own, else CENTAURO's, or what fits a smaller robot, m."""
+        fitting = min(CLEARANCE, CLEARANCE_OF_HEIGHT * self.body.height)
+        return fitting if self.gait.clearance is None else self.gait.clearance
+
     def value_of(self, group: str, name: str) -> Any:
-        """A weight or bound: the scenario's own value, else the profile's default, else None."""
+        """A weight or bound: the scenario's own value, else the profile's default, else None.
+
+        The default of `force_min` is less for a light robot than for CENTAURO.
+        """
         own = getattr(getattr(self, group), name)
-        return PROFILES[self.profile][group].get(name) if own is None else own
+        if own is not None:
+            return own
+        default = PROFILES[self.profile][group].get(name)
+        if name == "force_min" and default is not None:
+            return min(default, FORCE_OF_WEIGHT * self.body.weight)
+        return default
 
     def resolved(self) -> Scenario:
         """The same scenario with every default of its profile spelled out."""
         data = self.to_dict()
+        data["gait"]["clearance"] = self.clearance
         for group in ("weights", "bounds"):
             data[group] = {
                 name: self.value_of(group, name) for name in type(getattr(self, group)).model_fields
@@ -280,20 +300,28 @@ class Scenario(Config):
 
     def _farthest(self, begin: float, end: float) -> float:
         """How far the slowest foot that must come along can get, m."""
-        contact, step = self.schedule.contact, self.schedule.interval
-        window = slice(round(begin / step), round(end / step))
+        nodes = self.schedule.node_times
+        durations = np.clip(np.minimum(nodes[1:], end) - np.maximum(nodes[:-1], begin), 0.0, None)
         swing_speed = float(self.value_of("bounds", "swing_speed_max"))
         distances = []
         for leg, data in enumerate(self.body.leg_list):
-            stance_time = float(contact[leg, window].sum()) * step
-            swing_time = float((~contact[leg, window]).sum()) * step
+            in_stance = self.schedule.contact[leg]
             rolling = 0.0 if data.foot == "point" else self.speed_max(leg)
-            distances.append(stance_time * rolling + swing_time * swing_speed)
+            speeds = np.where(in_stance, rolling, swing_speed)
+            distances.append(float(durations @ speeds))
         return min(distances)
 
 
 def _smallest(*values: float | None) -> float:
     return min(value for value in values if value is not None)
+
+
+def _asked_of_any(gait: Mapping[str, Any]) -> dict[str, Any]:
+    """The keys of a gait that every kind has, where they are not the defaults of its own kind."""
+    own = next(kind for kind in GAITS if kind.model_fields["kind"].default == gait["kind"])
+    return {
+        name: gait[name] for name in BaseGait.model_fields if gait[name] != own.model_fields[name].default
+    }
 
 
 def _without_none(data: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The contact schedule: a gait put on the mesh of the horizon. Frozen data."""
+"""The contact schedule: a gait put on a mesh of the horizon. Frozen data."""
 
 from __future__ import annotations
 
@@ -6,31 +6,31 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rollgait.errors import InputError
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario.gait import BaseGait
+from rollgait.scenario.mesh import BORDER, MAX_INTERVALS, Mesh
 
 MIN_SWING_INTERVALS = 2
 """A swing needs a node inside it, where the foot is at its full height."""
 
-MAX_INTERVALS = 10_000
-"""More than any planner here can hold in memory: a slip of the pen, not a wish."""
-
 
 @dataclass(frozen=True)
 class SwingPhase:
-    """One swing on the mesh: `leg` is in the air in the intervals lift_off … touch_down − 1 (nodes)."""
+    """One swing on the mesh.
+
+    Attributes:
+        leg: which foot swings, 0 … 3.
+        lift_off, touch_down: nodes; the foot is in the air in the intervals lift_off … touch_down − 1.
+        middle: the node nearest in time to the middle of the swing, of two the earlier.
+    """
 
     leg: int
     lift_off: int
     touch_down: int
-
-    @property
-    def middle(self) -> int:
-        """The node nearest to the middle of the swing."""
-        return (self.lift_off + self.touch_down) // 2
+    middle: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,34 +39,47 @@ class ContactSchedule:
 
     Attributes:
         contact: shape (4, N), bool; legs in the order FL, FR, HL, HR.
-        interval: length h of an interval, s.
+        mesh: the N intervals.
+
+    Raises:
+        InputError: `contact` has another shape.
     """
 
     contact: NDArray[np.bool_]
-    interval: float
+    mesh: Mesh
+
+    def __post_init__(self) -> None:
+        if self.contact.shape != (wanted := (len(LEG_NAMES), self.mesh.intervals)):
+            rule = f"must have the shape {wanted}: four legs and the intervals of the mesh"
+            raise InputError("contact", self.contact.shape, rule)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ContactSchedule):
             return NotImplemented
-        return self.interval == other.interval and np.array_equal(self.contact, other.contact)
+        return self.mesh == other.mesh and np.array_equal(self.contact, other.contact)
 
     def __hash__(self) -> int:
-        return hash((self.contact.tobytes(), self.interval))
+        return hash((self.contact.tobytes(), self.mesh))
 
     @property
     def intervals(self) -> int:
         """N."""
-        return int(self.contact.shape[1])
+        return self.mesh.intervals
 
     @property
     def horizon(self) -> float:
-        """T = N h, s."""
-        return self.intervals * self.interval
+        """T, s."""
+        return self.mesh.horizon
+
+    @property
+    def lengths(self) -> NDArray[np.float64]:
+        """Lengths of the intervals, shape (N,), s."""
+        return self.mesh.lengths
 
     @property
     def node_times(self) -> NDArray[np.float64]:
         """Times of the N + 1 nodes, s."""
-        return np.asarray(np.arange(self.intervals + 1) * self.interval, dtype=np.float64)
+        return self.mesh.times
 
     @property
     def node_contact(self) -> NDArray[np.bool_]:
@@ -80,7 +93,18 @@ class ContactSchedule:
             padded = np.concatenate([[True], self.contact[leg], [True]]).astype(int)
             edges = np.diff(padded)
             for begin, end in zip(np.flatnonzero(edges == -1), np.flatnonzero(edges == 1), strict=True):
-                yield SwingPhase(leg, int(begin), int(end))
+                yield SwingPhase(leg, int(begin), int(end), self._middle_node(int(begin), int(end)))
+
+    def _middle_node(self, begin: int, end: int) -> int:
+        times = self.node_times[begin : end + 1]
+        distance = np.abs(times - 0.5 * (times[0] + times[-1]))
+        tie = BORDER * (times[-1] - times[0])  # two nodes as near as each other, but for round-off
+        return begin + int(np.argmax(distance <= distance.min() + tie))
+
+    def refined(self, which: ArrayLike, parts: ArrayLike = 2) -> ContactSchedule:
+        """The same schedule with some intervals cut into equal parts, as `Mesh.refined` does."""
+        mesh = self.mesh.refined(which, parts)
+        return ContactSchedule(self.contact[:, self.mesh.interval_at(mesh.middles)], mesh)
 
 
 def intervals_of(horizon: float, interval: float) -> int:
@@ -101,7 +125,8 @@ def put_on_mesh(gait: BaseGait, horizon: float, interval: float) -> ContactSched
         rule = f"must cut the horizon of {horizon} s into at most {MAX_INTERVALS} intervals"
         raise InputError("interval", interval, rule)
     count = intervals_of(horizon, interval)
-    step = horizon / count
+    mesh = Mesh.equal(horizon, count)
+    step = float(mesh.lengths[0])
     contact = np.ones((len(LEG_NAMES), count), dtype=bool)
     try:
         swings = gait.swings(horizon)
@@ -128,4 +153,4 @@ def put_on_mesh(gait: BaseGait, horizon: float, interval: float) -> ContactSched
             f"t = {flying[0] * step:.3g} s",
             "has all four feet in the air: at least one must be on the ground",
         )
-    return ContactSchedule(contact, step)
+    return ContactSchedule(contact, mesh)

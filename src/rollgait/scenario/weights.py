@@ -6,11 +6,21 @@ either, the term is not part of the problem.
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
 from rollgait.config import Config, Flag, NonNegative, Number, Positive, PositiveVector3, Range
+
+UNSET: Any = object()
+"""Stands for: as in the other profile."""
+
+
+def by_profile(paper: Any = None, executable: Any = UNSET) -> Any:
+    """A field whose default is the profile's; given once, both have it. None: not part of that profile."""
+    defaults = {"paper": paper, "executable": paper if executable is UNSET else executable}
+    return Field(default=None, json_schema_extra={"profiles": defaults})
+
 
 Margin = Annotated[Number, Field(ge=0.0, le=45.0)]
 
@@ -18,25 +28,25 @@ Margin = Annotated[Number, Field(ge=0.0, le=45.0)]
 class Weights(Config):
     """Weights of the costs: the paper's six, then those of the profile `executable`. 0 switches off."""
 
-    acc: NonNegative | None = None
+    acc: NonNegative | None = by_profile(1.0)
     """On ‖r̈‖², acceleration of the CoM."""
-    goal: NonNegative | None = None
+    goal: NonNegative | None = by_profile(10.0)
     """On ‖r − r_goal‖² + ‖θ − θ_goal‖²."""
-    force: NonNegative | None = None
+    force: NonNegative | None = by_profile(0.0005)
     """On h_ref² ‖Δf / h‖² of neighbouring intervals, forces in N, h_ref = 0.1 s."""
-    feet: NonNegative | None = None
+    feet: NonNegative | None = by_profile(20.0)
     """On Σ‖Rzᵀ(p_i − r) − p̄_i‖²."""
-    speed: NonNegative | None = None
+    speed: NonNegative | None = by_profile(1.0)
     """On Σ v_i²."""
-    yaw: NonNegative | None = None
+    yaw: NonNegative | None = by_profile(1.5)
     """On Σ σ̇_i²."""
-    tilt: NonNegative | None = None
+    tilt: NonNegative | None = by_profile(executable=100.0)
     """On pitch² + roll² (executable)."""
-    terminal_goal: NonNegative | None = None
+    terminal_goal: NonNegative | None = by_profile(executable=5000.0)
     """On (x, y, yaw) − goal at the end (executable)."""
-    lift: NonNegative | None = None
+    lift: NonNegative | None = by_profile(executable=100.0)
     """On (ṗz − that of a smooth lift)² of feet in swing (executable)."""
-    swing: NonNegative | None = None
+    swing: NonNegative | None = by_profile(executable=0.1)
     """On the planar velocity of feet in swing that the other costs leave undetermined (executable)."""
     speed_in_contact_only: Flag = False
     """Leave v of feet in swing out of `speed`: the paper's knob between car-like and walking behaviour."""
@@ -51,31 +61,37 @@ class Bounds(Config):
     """Express the box in the base frame R(θ) instead of the base-yaw frame Rz."""
     steering_deg: Range | None = None
     """Range of σ − θz, degrees. Default: the robot's, leg by leg."""
-    steering_rate_max: Positive | None = None
+    steering_rate_max: Positive | None = by_profile(2.0)
     """Limit of |σ̇|, rad/s; the robot's own limit holds as well."""
-    speed_max: Positive | None = None
+    speed_max: Positive | None = by_profile(1.0)
     """Limit of |v| in stance, m/s; the robot's own limit holds as well."""
-    swing_speed_max: Positive | None = None
+    swing_speed_max: Positive | None = by_profile(
+        3.0, 1.0
+    )  # generous in the paper; faster than 1, the knee's 8.8 rad/s is not enough
     """Limit of |v| in swing, m/s."""
-    force_min: NonNegative | None = None
+    force_min: NonNegative | None = by_profile(
+        0.0, 40.0
+    )  # a wheel pressed less slips at the first disturbance
     """Smallest normal force in stance, N."""
     force_max: Positive | None = None
     """Largest normal force in stance, N; the robot's own limit holds as well."""
     inscribed: Flag = False
     """Use the pyramid inside the friction cone: μ/√2."""
-    touchdown_speed: Positive | None = None
+    touchdown_speed: Positive | None = by_profile(executable=0.1)
     """Limit of the vertical speed at touch-down, m/s (executable)."""
-    acceleration_max: Positive | None = None
+    acceleration_max: Positive | None = by_profile(executable=2.0)
     """Limit of |Δv|/h of feet that stay on the ground, m/s² (executable)."""
-    swing_acceleration_max: Positive | None = None
+    swing_acceleration_max: Positive | None = by_profile(
+        executable=4.0
+    )  # a swing of 0.8 s needs no more; 12 jerks the whole body
     """Limit of |Δv|/h of feet in swing or just landed, m/s² (executable)."""
-    joint_steering: Flag | None = None
+    joint_steering: Flag | None = by_profile(executable=True)
     """Keep hip_yaw and the steering joint within their limits, in place of `steering_deg` (executable)."""
-    joint_margin_deg: Margin | None = None
+    joint_margin_deg: Margin | None = by_profile(executable=8.6)  # 0.15 rad
     """Distance from the limits of hip_yaw and the steering joint, degrees."""
-    reach: Flag | None = None
+    reach: Flag | None = by_profile(executable=True)
     """Keep the leg's extension within its limits (executable)."""
-    level_at_end: Flag | None = None
+    level_at_end: Flag | None = by_profile(executable=True)
     """End with θ̇ = 0 and pitch = roll = 0 (executable)."""
     without: tuple[str, ...] = ()
     """Names of terms to leave out of the problem."""

@@ -1,6 +1,7 @@
 """The certificate: a judgement of a plan by code that shares nothing with the optimiser.
 
-It uses NumPy, SciPy's DOP853 and its own equations of motion, and knows the plan only through `plan.sample`.
+It uses NumPy, its own equations of motion and its own integration of them, and knows the plan only through
+`plan.sample`.
 """
 
 from rollgait.plan.certificate.judge import certify

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.plan.certificate.motion import DenseMotion
 from rollgait.plan.certificate.physics import Array, in_yaw_frame
-from rollgait.plan.plan import Plan
 from rollgait.robot.robot import FootKind, Leg, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
+
+if TYPE_CHECKING:
+    from rollgait.plan.plan import Plan
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,11 @@ class Case:
     def feet(self, *kinds: FootKind) -> NDArray[np.bool_]:
         """Which feet are of one of these kinds, (4,)."""
         return np.array([leg.foot in kinds for leg in self.legs])
+
+    @property
+    def fixed_headings(self) -> Array:
+        """σ − θz of fixed wheels (0 of others), (4,), rad."""
+        return np.array([leg.heading if leg.foot == "fixed" else 0.0 for leg in self.legs])
 
     @cached_property
     def foot_base_yaw(self) -> Array:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.case import Case
+from rollgait.plan.certificate.integration import TooWildError, integrate
 from rollgait.plan.certificate.motion import SAMPLES, interpolation
 from rollgait.plan.certificate.physics import (
     Array,
@@ -21,21 +21,11 @@ from rollgait.plan.certificate.physics import (
 )
 from rollgait.plan.certificate.rows import Row, measured
 
-RELATIVE_ACCURACY = 1e-9
-ABSOLUTE_ACCURACY = 1e-10
-"""Of the integrator, SI units; several orders below the tolerated defects."""
-EVALUATIONS = 3000
-"""Of the equations of motion; a plan that needs more (usual: about 100) is wild, and counts as failed."""
-
-
-class _TooWildError(Exception):
-    """The integrator ran out of evaluations."""
-
 
 def check_defects(case: Case) -> Iterator[Row]:
     """Distance between plan and integrated motion: at dense times, and where the next interval begins."""
-    planned = _planned_states(case)
-    integrated = integrate(case, planned)
+    planned = planned_states(case)
+    integrated = integrated_states(case, planned)
     time = _comparison_times(case)
 
     def apart(a: Array, b: Array) -> Array:
@@ -92,8 +82,10 @@ def check_defects(case: Case) -> Iterator[Row]:
     )
 
 
-def integrate(case: Case, planned: BodyState) -> BodyState:
+def integrated_states(case: Case, planned: BodyState) -> BodyState:
     """All intervals at once, each from the plan's state at its beginning, under the plan's inputs.
+
+    The integrator's time is the part of an interval that has passed: so all end together.
 
     Args:
         case: the plan.
@@ -103,41 +95,31 @@ def integrate(case: Case, planned: BodyState) -> BodyState:
         states with leading axes (N, K + 1); infinite if the motion is too wild to be integrated.
     """
     motion, robot = case.motion, case.robot
-    count, h = motion.stance.shape[0], motion.interval
-    inputs = np.moveaxis(_planned_inputs(case).flat(), 1, 0).reshape(SAMPLES, -1)
-    begin = planned.flat()[:, 0]
-    evaluations = 0
+    h = motion.lengths[:, None]
+    inputs = np.moveaxis(_planned_inputs(case).flat(), 1, 0)
+    states = np.moveaxis(planned.flat(), 1, 0)
 
-    def right_side(t: float, y: Array) -> Array:
-        nonlocal evaluations
-        evaluations += 1
-        if evaluations > EVALUATIONS:
-            raise _TooWildError
-        now = (interpolation(motion.tau[0] + t / h) @ inputs).reshape(count, -1)
-        state = BodyState.from_flat(y.reshape(count, -1))
-        return derivative(robot, state, Inputs.from_flat(now)).flat().ravel()
+    def at_times(t: Array, sampled: Array) -> Array:
+        to_times = np.stack([interpolation(tau) for tau in motion.tau[0] + t])
+        return np.tensordot(to_times, sampled, axes=1)
 
-    # the last time is where the next interval's first sample lies
-    times = np.append(motion.tau - motion.tau[0], 1.0) * h
+    def slope(t: Array, y: Array) -> Array:
+        now = Inputs.from_flat(at_times(t, inputs))
+        return np.asarray(h * derivative(robot, BodyState.from_flat(y), now).flat())
+
+    def guess(t: Array) -> Array:
+        return at_times(t, states[:SAMPLES])
+
+    # the last time is where the next interval's first sample lies, if that is as long; if not, nearly
+    times = np.append(motion.tau - motion.tau[0], 1.0)
     try:
-        solution = solve_ivp(
-            right_side,
-            (0.0, h),
-            begin.ravel(),
-            method="DOP853",
-            t_eval=times,
-            rtol=RELATIVE_ACCURACY,
-            atol=ABSOLUTE_ACCURACY,
-        )
-        complete = solution.y.shape[1] == times.size
-    except _TooWildError:
-        complete = False
-    if not complete:
-        return BodyState.from_flat(np.full((count, times.size, begin.shape[1]), np.inf))
-    return BodyState.from_flat(np.moveaxis(solution.y.reshape(count, -1, times.size), 2, 1))
+        found = integrate(slope, states[0], times, guess)
+    except TooWildError:
+        found = np.full(states.shape, np.inf)
+    return BodyState.from_flat(np.moveaxis(found, 0, 1))
 
 
-def _planned_states(case: Case) -> BodyState:
+def planned_states(case: Case) -> BodyState:
     """The plan's states, (N, K + 1): at the samples, and at the first one of the next interval."""
     at = case.motion.at
     return BodyState(
@@ -171,7 +153,8 @@ def _comparison_times(case: Case) -> Array:
 def _euler_jumps(case: Case) -> Array:
     """Jumps of the Euler angles between intervals, (N, K + 1), rad: here a full turn is not nothing."""
     euler, rate = case.motion.at.euler, case.motion.at.euler_rate
-    gap = (1.0 - case.motion.tau[-1] + case.motion.tau[0]) * case.motion.interval
+    tau, h = case.motion.tau, case.motion.lengths
+    gap = ((1.0 - tau[-1]) * h[:-1] + tau[0] * h[1:])[:, None]
     jumps = np.zeros((euler.shape[0], SAMPLES + 1))
     jumps[:-1, -1] = np.linalg.norm(euler[1:, 0] - euler[:-1, -1] - gap * rate[:-1, -1], axis=-1)
     return jumps

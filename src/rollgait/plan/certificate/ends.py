@@ -150,16 +150,20 @@ def check_final_stance(case: Case) -> Iterator[Row]:
     """The robot ends in its nominal stance."""
     end = case.plan.sample([case.plan.horizon])
     place = in_yaw_frame(end.foot_position - end.com_position[:, None, :], end.euler[:, :1])
-    # a point foot that never swings cannot move: where it ends follows from the goal alone
-    moves = ~case.feet("point") | ~case.schedule.contact.all(axis=1)
+    # a foot that never swings cannot choose its place: a point foot stays, a fixed wheel only rolls along
+    swings = ~case.schedule.contact.all(axis=1)
+    rolls_along = case.feet("fixed") & ~swings
+    offset = (place - case.robot.stance)[..., :2]
+    along, across = np.cos(case.fixed_headings), np.sin(case.fixed_headings)
+    lengthwise = along * offset[..., 0] + across * offset[..., 1]
     yield from measured(
         "end_feet",
-        "feet at the end against the nominal stance, horizontally",
+        "feet at the end against the nominal stance, horizontally; fixed wheels that never swing: along",
         "m",
-        _norm((place - case.robot.stance)[..., :2]),
+        np.where(rolls_along, np.abs(lengthwise), _norm(offset)),
         tol.END_POSITION,
         end.time,
-        where=moves,
+        where=~case.feet("point") | swings,
         promised=case.has("stance_at_end"),
     )
     yield from measured(

@@ -48,7 +48,7 @@ def check_swing(case: Case) -> Iterator[Row]:
     if not swings:
         return
     clearance, touch_down = np.full((2, case.schedule.intervals + 1, len(LEG_NAMES)), np.nan)
-    middle = ground + case.scenario.gait.clearance
+    middle = ground + case.scenario.clearance
     foot_z, foot_vz = motion.at.foot_position[..., 2], motion.path_velocity[..., 2]
     for swing in swings:
         both_sides = np.array([foot_z[swing.middle - 1, -1, swing.leg], foot_z[swing.middle, 0, swing.leg]])

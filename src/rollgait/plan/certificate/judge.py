@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import fields
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,7 +22,9 @@ from rollgait.plan.certificate.limits import (
 )
 from rollgait.plan.certificate.motion import DenseMotion
 from rollgait.plan.certificate.rows import Certificate, Row, measured
-from rollgait.plan.plan import Plan
+
+if TYPE_CHECKING:
+    from rollgait.plan.plan import Plan
 
 CHECKS: tuple[Callable[[Case], Iterator[Row]], ...] = (
     check_defects,
@@ -43,18 +46,39 @@ CHECKS: tuple[Callable[[Case], Iterator[Row]], ...] = (
 def certify(plan: Plan) -> Certificate:
     """Judges a plan by code that shares nothing with the optimiser.
 
-    A plan with a number that is not finite fails in the row `finite` and has no other row.
+    A plan whose motion is on other intervals than its schedule fails in the row `mesh`, one with a number
+    that is not finite in the row `finite`; neither can be looked at further.
     """
     # a plan of nonsense must fail, not warn
     with np.errstate(all="ignore"):
+        mesh = tuple(_check_mesh(plan))
+        if any(row.verdict == "fail" for row in mesh):
+            return Certificate(mesh)
         motion = DenseMotion.of(plan)
         case = Case(plan, motion)
         finite = tuple(_check_finite(case))
         if any(row.verdict == "fail" for row in finite):
             return Certificate(finite)
-        rows = [*finite, *_check_schedule(case)]
+        rows = [*mesh, *finite, *_check_schedule(case)]
         rows += [row for check in CHECKS for row in check(case)]
     return Certificate(tuple(rows))
+
+
+def _check_mesh(plan: Plan) -> Iterator[Row]:
+    """The intervals of the motion are those of its schedule, and fill the horizon that was asked for."""
+    lengths, planned = plan.trajectory.lengths, plan.schedule.lengths
+    apart = np.full(planned.shape, np.inf)
+    if lengths.shape == planned.shape:
+        apart = np.abs(lengths - planned)
+        apart[-1] = max(apart[-1], abs(planned.sum() - plan.scenario.horizon))
+    yield from measured(
+        "mesh",
+        "intervals of the motion against those of its schedule and, in sum, the horizon",
+        "s",
+        apart,
+        tol.DURATION,
+        plan.schedule.node_times[:-1],
+    )
 
 
 def _check_finite(case: Case) -> Iterator[Row]:
@@ -78,14 +102,16 @@ def _check_finite(case: Case) -> Iterator[Row]:
 
 
 def _check_schedule(case: Case) -> Iterator[Row]:
-    """The motion follows the contact schedule that the gait asks for."""
-    asked = case.scenario.schedule.contact
-    planned = case.schedule.contact
-    time = case.motion.time
-    differs = np.ones((*time.shape, planned.shape[0]))
-    if asked.shape == planned.shape:
-        sampled = case.motion.at.contact
-        differs = ((sampled != planned.T[:, None, :]) | (sampled != asked.T[:, None, :])).astype(float)
+    """The motion follows the contact schedule that the gait asks for, on whichever mesh."""
+    asked, time = case.scenario.schedule, case.motion.time
+    wanted = np.moveaxis(asked.contact[:, asked.mesh.interval_at(time)], 0, -1)
+    sampled = case.motion.at.contact
+    differs = (sampled != case.motion.in_stance) | (sampled != wanted)
     yield from measured(
-        "schedule", "contacts that are not those of the gait (1: there are some)", "", differs, 0.0, time
+        "schedule",
+        "contacts that are not those of the gait (1: there are some)",
+        "",
+        differs.astype(float),
+        0.0,
+        time,
     )

@@ -103,14 +103,16 @@ def check_speeds(case: Case) -> Iterator[Row]:
 
 
 def check_accelerations(case: Case) -> Iterator[Row]:
-    """Jumps of the feet's speeds between intervals, over the interval; before t = 0 the feet stand.
+    """Jumps of the feet's speeds between intervals, over the mean of their lengths; at first the feet stand.
 
     Of feet that move freely in swing the larger component counts, but not their stop when they land.
     """
     along, across = (speed[:, case.motion.tau.size // 2] for speed in case.planar_speeds)
     jump_along, jump_across = (np.abs(np.diff(speed, axis=0, prepend=0.0)) for speed in (along, across))
     jump_across = np.where(case.motion.stance, 0.0, jump_across)
-    change = np.maximum(jump_along, jump_across) / case.motion.interval
+    h = case.motion.lengths
+    mean_length = np.append(h[:1], 0.5 * (h[1:] + h[:-1]))
+    change = np.maximum(jump_along, jump_across) / mean_length[:, None]
     before = np.concatenate([case.motion.stance[:1], case.motion.stance[:-1]])
     in_stance = case.motion.stance & before
     time = case.schedule.node_times[:-1]

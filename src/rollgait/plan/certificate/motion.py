@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.plan.certificate.physics import Array
-from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Samples
+
+if TYPE_CHECKING:
+    from rollgait.plan.plan import Plan
 
 SAMPLES = 12
 """Samples per interval; at least ten are promised."""
@@ -60,7 +62,7 @@ class DenseMotion:
     """Samples with leading axes (N, K): interval, place in the interval.
 
     Attributes:
-        interval: h, s.
+        lengths: h of each interval, (N,), s.
         tau: places in an interval, (K,).
         time: (N, K), s.
         at: the samples, every array with leading axes (N, K).
@@ -68,7 +70,7 @@ class DenseMotion:
         path_velocity: velocity of the contact points from their path alone, (N, K, 4, 3), m/s.
     """
 
-    interval: float
+    lengths: Array
     tau: Array
     time: Array
     at: Samples
@@ -78,18 +80,18 @@ class DenseMotion:
     @classmethod
     def of(cls, plan: Plan) -> DenseMotion:
         """The plan, sampled."""
-        tau, count, h = chebyshev_points(), plan.schedule.intervals, plan.schedule.interval
-        time = (np.arange(count)[:, None] + tau[None, :]) * h
+        tau, count, h = chebyshev_points(), plan.schedule.intervals, plan.schedule.lengths
+        time = plan.schedule.node_times[:-1, None] + tau * h[:, None]
         flat = plan.sample(time.ravel())
         split: dict[str, Any] = {f.name: _split(getattr(flat, f.name), count) for f in fields(Samples)}
         at = Samples(**split)
         return cls(
-            interval=h,
+            lengths=h,
             tau=tau,
             time=time,
             at=at,
             stance=plan.schedule.contact.T,
-            path_velocity=np.einsum("ij,njlx->nilx", differentiation(), at.foot_position) / h,
+            path_velocity=np.einsum("ij,njlx,n->nilx", differentiation(), at.foot_position, 1.0 / h),
         )
 
     @property

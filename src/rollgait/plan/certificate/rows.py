@@ -32,6 +32,8 @@ class Row:
         time: when, s; None if the row is not about a time.
         verdict: "pass", "fail", or "not promised": shown, but it does not count.
         sense: "at most" or "at least": how `worst` must stand to `limit`.
+        failing: where it fails: for each interval (or other moment) with a bad value the time of its worst,
+            s.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Row:
     time: float | None
     verdict: Verdict
     sense: Literal["at most", "at least"] = "at most"
+    failing: tuple[float, ...] = ()
 
     def __str__(self) -> str:
         sign = "≤" if self.sense == "at most" else "≥"
@@ -121,6 +124,7 @@ def measured(
     place = np.unravel_index(int(np.argmax(badness)), values.shape)
     has_legs = values.ndim > time.ndim
     worst = float(values[place])
+    verdict = _verdict(worst, limit, at_least, promised)
     yield Row(
         name=name,
         description=description,
@@ -129,9 +133,21 @@ def measured(
         unit=unit,
         leg=LEG_NAMES[int(place[-1])] if has_legs else None,
         time=round(float(time[place[:-1] if has_legs else place]), MICROSECONDS),
-        verdict=_verdict(worst, limit, at_least, promised),
+        verdict=verdict,
         sense="at least" if at_least else "at most",
+        failing=_failing(badness, -limit if at_least else limit, time)
+        if verdict == "fail" and limit is not None
+        else (),
     )
+
+
+def _failing(badness: NDArray[np.float64], limit: float, time: NDArray[np.float64]) -> tuple[float, ...]:
+    """Times of the worst value of each entry of the first axis in which one exceeds the limit."""
+    flat, times = badness.reshape(len(badness), -1), time.reshape(len(time), -1)
+    per_time = flat.shape[1] // times.shape[1]  # legs, if there are any
+    worst = flat.argmax(axis=1)
+    found = times[np.arange(len(flat)), worst // per_time]
+    return tuple(np.round(found[flat.max(axis=1) > limit], MICROSECONDS).tolist())
 
 
 def _verdict(worst: float, limit: float | None, at_least: bool, promised: bool) -> Verdict:

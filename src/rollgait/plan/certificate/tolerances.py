@@ -32,6 +32,10 @@ SPEED_MARGIN = 1e-3
 ACCELERATION_MARGIN = 1e-2
 """m/s²; the tolerated speed within the usual interval of 0.1 s."""
 
+# -- time
+DURATION = 1e-6
+"""s; nobody times a motion to a microsecond, and sums of intervals are a thousand times as exact."""
+
 # -- both ends
 START_POSITION = 1e-4
 """m; a hard equality of the problem."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from importlib import resources
 
 from rollgait.config import parse_yaml
@@ -27,6 +28,12 @@ def find_scenario(name: str) -> Scenario:
     """
     if name.endswith((".yaml", ".yml")):
         return Scenario.from_yaml(name)
+    return _of_the_library(name)
+
+
+@lru_cache
+def _of_the_library(name: str) -> Scenario:
+    """What comes with the package does not change, nor does what was read of it."""
     if name not in scenario_names():
         rule = "is neither a scenario of the library nor a .yaml file"
         raise UnknownNameError("scenario", name, scenario_names(), rule)
