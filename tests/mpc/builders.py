@@ -7,7 +7,7 @@ from dataclasses import fields
 import numpy as np
 from hypothesis import strategies as st
 
-from rollgait.mpc.state import RobotState
+from rollgait.plant.state import RobotState
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 """Left becomes right: the sign of each axis."""

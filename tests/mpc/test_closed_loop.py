@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rollgait.mpc.command import PoseCommand
+from rollgait.mpc.command import PoseCommand, VelocityCommand
+from rollgait.mpc.gaits import GAITS
 from rollgait.mpc.loop import ClosedLoop
 from rollgait.mpc.mpc import Mpc
 from rollgait.mpc.plants.rigid import RigidPlant
@@ -29,6 +30,19 @@ def test_one_iteration_costs_little_more_than_convergence() -> None:
         assert log.report().passed
         costs.append(log.report().cost)
     assert costs[0] < 1.03 * costs[1]
+
+
+@pytest.mark.parametrize("gait", sorted(name for name, gait in GAITS.items() if len(set(gait.phase)) == 2))
+def test_gaits_of_pairs_follow_a_command(gait: str) -> None:
+    loop = make_loop("centauro", "rigid", PATIENT)
+    for _ in range(500):
+        loop.step(VelocityCommand(forward=0.2, turn_rate=0.2, gait=gait))
+    state = loop.plant.state
+    assert loop.mpc.clock.gait.name == gait
+    assert not loop.plant.fallen
+    assert np.hypot(*state.com_position[:2]) > 0.6
+    assert state.euler[0] > 0.6
+    assert np.abs(state.euler[1:]).max() < np.radians(8.0)
 
 
 @pytest.mark.slow

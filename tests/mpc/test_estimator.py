@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rollgait.mpc.estimator import Blended, Delayed, Dropping, Noisy, Trust, Truth, corrected
-from rollgait.mpc.state import RobotState
+from rollgait.plant.state import RobotState
 from tests.mpc.builders import assert_equal, random_state, states
 
 PERIOD = 0.01

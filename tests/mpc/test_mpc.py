@@ -13,8 +13,9 @@ from rollgait.mpc.loop import ClosedLoop
 from rollgait.mpc.mpc import Mpc
 from rollgait.mpc.plants.rigid import RigidPlant
 from rollgait.mpc.setup import make_loop
-from rollgait.mpc.stance import standing_control, standing_state
-from rollgait.mpc.state import Control, RobotState
+from rollgait.plant.control import Control
+from rollgait.plant.stance import standing_control, standing_state
+from rollgait.plant.state import RobotState
 from rollgait.simulation import Disturbances
 
 STANDING = VelocityCommand()

@@ -13,8 +13,8 @@ from rollgait.mpc.command import PoseCommand, VelocityCommand
 from rollgait.mpc.gaits import GAITS
 from rollgait.mpc.reference import LEASH, TURN_LEASH, Reference, ReferenceMaker
 from rollgait.mpc.settings import CommandLimits
-from rollgait.mpc.stance import standing_state
-from rollgait.mpc.state import RobotState
+from rollgait.plant.stance import standing_state
+from rollgait.plant.state import RobotState
 from tests.mpc.builders import mirrored
 
 ROBOT = rg.find_robot("centauro")

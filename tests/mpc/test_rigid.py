@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 import rollgait as rg
 from rollgait.dynamics.step import Figures, FootInput, FootState, State, angular_momentum, euler_rate, step
 from rollgait.mpc.plants.rigid import RigidPlant
-from rollgait.mpc.stance import standing_control, standing_state
-from rollgait.mpc.state import Control, Plant, RobotState
-from rollgait.robot.robot import GRAVITY
+from rollgait.plant.control import Control
+from rollgait.plant.protocol import Plant
+from rollgait.plant.stance import standing_control, standing_state
+from rollgait.plant.state import RobotState
+from rollgait.robot.robot import GRAVITY, FootKind, Robot
 from tests.mpc.builders import assert_equal, random_state, states
 
 ROBOT = rg.find_robot("centauro")
@@ -70,23 +72,32 @@ def test_pushes_add_up() -> None:
     assert_equal(both.state, one.state)
 
 
-def test_it_agrees_with_the_planners_step_to_its_order() -> None:
+@pytest.mark.parametrize("kind", ["steerable", "fixed", "point"])
+def test_it_agrees_with_the_planners_step_to_its_order(kind: FootKind) -> None:
+    robot = ROBOT.with_feet(kind)
+    offsets = [leg.heading for leg in robot.leg_list]
     gaps = {0.08: 0.0, 0.04: 0.0}
     for seed in range(10):
         start, random = random_state(seed), np.random.default_rng(seed)
+        if kind == "fixed":
+            start = replace(start, heading=start.euler[0] + np.array(offsets))
         force = np.array([0.0, 0.0, ROBOT.weight / 4.0]) + 30.0 * random.normal(size=(4, 3))
         motion = random.normal(size=(4, 2))
         for period in gaps:
-            plant = RigidPlant(ROBOT, start)
+            plant = RigidPlant(robot, start)
             plant.step(control(start, force, motion, period))
-            gaps[period] += gap(plant.state, planned(start, force, motion, period))
+            if kind == "fixed":
+                np.testing.assert_allclose(plant.state.heading, plant.state.euler[0] + offsets, atol=1e-6)
+            gaps[period] += gap(plant.state, planned(robot, start, force, motion, period))
     assert gaps[0.08] < 1e-2
     assert gaps[0.04] < gaps[0.08] / 6.0  # a local error of third order falls by 8
 
 
-def planned(start: RobotState, force: np.ndarray, motion: np.ndarray, period: float) -> RobotState:
+def planned(
+    robot: Robot, start: RobotState, force: np.ndarray, motion: np.ndarray, period: float
+) -> RobotState:
     """Where the planner's step says that it will be."""
-    legs = ROBOT.leg_list
+    legs = robot.leg_list
     figures = Figures(
         ROBOT.mass,
         np.linalg.inv(ROBOT.inertia_matrix).tolist(),
@@ -111,7 +122,12 @@ def planned(start: RobotState, force: np.ndarray, motion: np.ndarray, period: fl
         com_velocity=np.array(end.dr),
         euler_rate=np.array(euler_rate(np, end.theta, end.L, figures)),
         foot_position=np.array([foot.p for foot in end.feet]),
-        heading=np.array([foot.sigma for foot in end.feet]),
+        heading=np.array(
+            [
+                end.theta[0] + leg.heading if leg.foot == "fixed" else foot.sigma
+                for foot, leg in zip(end.feet, legs, strict=True)
+            ]
+        ),
     )
 
 

@@ -8,17 +8,17 @@ from scipy.spatial.transform import Rotation
 
 import rollgait as rg
 from rollgait.errors import UnknownNameError
-from rollgait.simulation.controller import Controller, Gains, Reference, gains_for, interpolated
+from rollgait.simulation.controller import Controller, Gains, JointReference, gains_for, interpolated
 from rollgait.simulation.report import rotation_matrices
 
 STEPS, JOINTS = 40, 3
 seeds = st.integers(0, 10_000)
 
 
-def setting(seed: int) -> tuple[Gains, Reference]:
+def setting(seed: int) -> tuple[Gains, JointReference]:
     rng = np.random.default_rng(seed)
     gains = Gains(rng.uniform(1.0, 100.0, JOINTS), rng.uniform(0.1, 10.0, JOINTS))
-    return gains, Reference(*rng.normal(size=(3, STEPS, JOINTS)))
+    return gains, JointReference(*rng.normal(size=(3, STEPS, JOINTS)))
 
 
 @given(seeds)

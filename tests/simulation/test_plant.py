@@ -15,17 +15,19 @@ pytest.importorskip("daqp", reason="needs the extra whole-body")
 from scipy.spatial.transform import Rotation
 
 import rollgait as rg
+from rollgait.angles import euler_angles, euler_rates
 from rollgait.errors import InputError
-from rollgait.mpc.stance import standing_control, standing_state
-from rollgait.mpc.state import Control, Plant, RobotState
 from rollgait.plan.certificate.physics import angular_velocity_world
+from rollgait.plant.control import Control
+from rollgait.plant.protocol import Plant
+from rollgait.plant.stance import standing_control, standing_state
+from rollgait.plant.state import RobotState
 from rollgait.robot.robot import GRAVITY
 from rollgait.robot.urdf import import_robot
 from rollgait.robot.urdf_model import WholeBodyModel
 from rollgait.robot.whole_body import library_whole_body, load_whole_body
 from rollgait.simulation import Disturbances, Push
 from rollgait.simulation.controller import MovingAverage
-from rollgait.simulation.measure import euler_angles, euler_rates
 from rollgait.simulation.plant import MujocoPlant
 from tests.tracking.builders import controls
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 import rollgait as rg
-from rollgait.mpc.state import Control, RobotState
+from rollgait.plant.control import Control
+from rollgait.plant.state import RobotState
 from rollgait.robot.urdf_model import WholeBodyModel
 from rollgait.tracking.headings import held_headings
 

@@ -9,8 +9,9 @@ pytest.importorskip("pinocchio", reason="needs the extra whole-body")
 pytest.importorskip("daqp", reason="needs the extra whole-body")
 
 import rollgait as rg
-from rollgait.mpc.stance import standing_control, standing_state
-from rollgait.mpc.state import Control, RobotState
+from rollgait.plant.control import Control
+from rollgait.plant.stance import standing_control, standing_state
+from rollgait.plant.state import RobotState
 from rollgait.robot.robot import GRAVITY
 from rollgait.robot.urdf_model import BASE_V
 from rollgait.robot.whole_body import library_whole_body

@@ -59,9 +59,7 @@ class GaitClock:
         if new == self._gait:
             return
         self.advance(time)
-        begun = self._begun(time)
-        self._done = begun
-        standing = max(time, *(swing.touch_down for swing in begun)) if begun else time
+        standing = max([time, *(swing.touch_down for swing in self._done)])
         if new.wheels != "locked":
             self._locked_from = math.inf
         elif not self.locked(time):
@@ -95,7 +93,7 @@ class GaitClock:
     def _begun(self, time: float) -> list[TimedSwing]:
         """Swings that have begun by `time`, without those long ago."""
         recent = [swing for swing in self._done if swing.touch_down > time - KEPT]
-        return recent + [swing for swing in self._planned(self._time, time) if swing.lift_off <= time]
+        return recent + self._planned(self._time, time)
 
     def _planned(self, begin: float, end: float) -> list[TimedSwing]:
         """Swings of the present gait with `begin` < lift-off ≤ `end`."""

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator
 
-from rollgait.config import Config, NonNegative, Number
+from rollgait.config import Config, NonNegative, Number, validate
 from rollgait.errors import InputError
 from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.settings import CommandLimits
@@ -95,7 +95,8 @@ def _within_height(value: float, limits: CommandLimits) -> tuple[float, str]:
 
 
 def check_command(command: VelocityCommand | PoseCommand) -> None:
-    """Raises `InputError` for what is no command."""
+    """Raises `InputError` for what is no command, or holds what is none of its values."""
     if not isinstance(command, VelocityCommand | PoseCommand):
         raise InputError("command", command, "must be a VelocityCommand or a PoseCommand")
+    validate(type(command), dict(command), "command")  # copies and the like are not checked when made
     command.check()

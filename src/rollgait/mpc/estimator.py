@@ -15,8 +15,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.mpc.incoming import is_possible
-from rollgait.mpc.state import RobotState, unwrapped
+from rollgait.angles import turned
+from rollgait.mpc.incoming import fault_of
+from rollgait.plant.state import RobotState, largest_gap, unwrapped
 
 Array = NDArray[np.float64]
 
@@ -114,7 +115,8 @@ class Blended:
         trust: shares of the measurement.
         inner: the other estimator; the truth if not given.
         lag: by how many periods the measurement is known to be behind what the robot is told.
-        gate: a measurement of places that is farther than this from what was expected is no use, m.
+        gate: of a measurement of places that is farther than this from what was expected no share is
+            believed: it is handed on as it is, for the controller to refuse, m.
     """
 
     def __init__(
@@ -131,13 +133,12 @@ class Blended:
                 self._expected.append(measured)
             return measured
         self._expected.append(expected)
-        if measured is None or not is_possible(measured):
+        if measured is None or fault_of(measured):
             return measured  # the controller says so; not even a share of it is believed
         then = self._expected[0]
         measured = unwrapped(measured, then)
-        gaps = (measured.com_position - then.com_position, measured.foot_position - then.foot_position)
-        if max(float(np.abs(gap).max()) for gap in gaps) > self._gate:
-            return None
+        if largest_gap(measured, then) > self._gate:
+            return measured  # as above
         result = corrected(expected, then, measured, self._trust)
         # the expectations of the past move along, or the same gap would be corrected again and again
         moved = [corrected(state, then, measured, self._trust) for state in self._expected]
@@ -192,14 +193,12 @@ def corrected(base: RobotState, expected: RobotState, measured: RobotState, trus
 
 def _moved(state: RobotState, turn: float, slide: Array, pivot: Array) -> RobotState:
     """The whole robot turned about a vertical axis through `pivot`, then moved, in the ground plane."""
-    c, s = math.cos(turn), math.sin(turn)
-    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     centre, shift = np.append(pivot, 0.0), np.append(slide, 0.0)
     return replace(
         state,
-        com_position=R @ (state.com_position - centre) + centre + shift,
+        com_position=turned(state.com_position - centre, turn) + centre + shift,
         euler=state.euler + np.array([turn, 0.0, 0.0]),
-        com_velocity=R @ state.com_velocity,
-        foot_position=(state.foot_position - centre) @ R.T + centre + shift,
+        com_velocity=turned(state.com_velocity, turn),
+        foot_position=turned(state.foot_position - centre, turn) + centre + shift,
         heading=state.heading + turn,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -10,11 +11,14 @@ from numpy.typing import NDArray
 from rollgait.dynamics.step import POINTS
 from rollgait.errors import InputError
 from rollgait.mpc.clock import GaitClock
-from rollgait.mpc.model import OPEN, LiveProblem, workspace_limits
+from rollgait.mpc.context import LiveContext
 from rollgait.mpc.reference import Reference
 from rollgait.mpc.settings import MpcBounds, MpcSettings, MpcWeights
-from rollgait.mpc.stage_data import LiveStage
+from rollgait.ocp.live import OPEN, WORKSPACE
+from rollgait.ocp.term import Cost
 from rollgait.robot.robot import Robot
+from rollgait.scenario.profile import FORCE_OF_WEIGHT, PROFILES
+from rollgait.transcription.live import LiveProblem, LiveStage
 
 Array = NDArray[np.float64]
 
@@ -33,8 +37,12 @@ class Filling:
         ground: height of the ground under each foot, (4,), m: change it at any time.
     """
 
-    def __init__(self, problem: LiveProblem, settings: MpcSettings) -> None:
+    def __init__(
+        self, problem: LiveProblem, settings: MpcSettings, context: LiveContext, own: Sequence[Cost] = ()
+    ) -> None:
+        """`own` are costs of the user's, whose numbers they say themselves, in each step."""
         self._problem, self._settings = problem, settings
+        self.context, self._own = context, tuple(own)
         self.count, self.interval = settings.intervals, settings.horizon / settings.intervals
         self.ground: Array = np.zeros(4)
         nlp = problem.nlp
@@ -56,38 +64,35 @@ class Filling:
     def set_robot(self, robot: Robot) -> None:
         """Mass, inertia, stance and limbs of a robot with the same feet."""
         self.robot = robot
+        self.context.robot = robot
         upper = np.triu_indices(3)
-        margin = np.radians(self._settings.bounds.joint_margin_deg)
         for stage in self._stages:
             self._all(stage, "inertia", robot.inertia_matrix[upper])
             self._all(stage, "inertia_inverse", np.linalg.inv(robot.inertia_matrix)[upper])
             self._all(stage, "mass", [robot.mass])
             self._all(stage, "weight", [robot.weight])
             self._all(stage, "heading_offset", [leg.heading for leg in robot.leg_list])
-            if self._settings.bounds.workspace:
-                for leg in range(4):
-                    low, high, figures = workspace_limits(robot, leg, float(margin))
-                    self._all(stage, f"low_{leg}", low)
-                    self._all(stage, f"high_{leg}", high)
-                    for name, value in figures.items():
-                        self._all(stage, f"{name}_{leg}", value)
+            stage.put_terms(WORKSPACE, self.context)
         self._write_stance()
 
     def set_weights(self, weights: MpcWeights) -> None:
         """Weights of the costs."""
-        for name, value in weights.model_dump().items():
+        values = weights.model_dump() | {term.name: weights.workspace for term in WORKSPACE}
+        for name, value in values.items():
             for stage in self._stages:
-                if stage.has(f"weight_{name}"):
-                    stage.numbers(f"weight_{name}")[:] = value
+                if stage.has(f"{name}_weight"):
+                    stage.numbers(f"{name}_weight")[:] = value
         self._problem.end.numbers("factor")[:] = weights.terminal
 
     def set_bounds(self, bounds: MpcBounds) -> None:
         """Bounds of inputs and states."""
         legs = self._problem.robot.leg_list
         largest = min(leg.force_max for leg in legs)
-        if bounds.force_min >= largest:  # a solver given limits that cross may never return
+        fitting = min(PROFILES["executable"]["bounds"]["force_min"], FORCE_OF_WEIGHT * self.robot.weight)
+        self._force_min = fitting if bounds.force_min is None else bounds.force_min
+        if self._force_min >= largest:  # a solver given limits that cross may never return
             raise InputError(
-                "bounds.force_min", bounds.force_min, f"must be less than force_max, {largest:g} N"
+                "bounds.force_min", self._force_min, f"must be less than force_max, {largest:g} N"
             )
         self.bounds = bounds
         self._speed = np.array([min(bounds.speed_max, leg.speed_max) for leg in legs])
@@ -120,15 +125,19 @@ class Filling:
         locked = np.array([clock.locked(float(begin)) for begin in edges[:-1]])
         stage, bounds = self._problem.interval, self.bounds
         stage.numbers("stands")[:] = stands
+        if self._own:
+            self.context.contact = stands
         moves = np.where(locked, 1.0 - share, 1.0)
         stage.numbers("moves")[:] = np.repeat(moves, 2, axis=0)
+        for part in self._stages:
+            part.numbers("ground")[:] = self.ground[:, None]
         stage.numbers("foot_z")[:] = self.ground[:, None] + height[:-1].T
         self._problem.end.numbers("foot_z")[:] = (self.ground + height[-1])[:, None]
         stage.numbers("lift_rate")[:] = (
             np.moveaxis(rate.reshape(count, len(POINTS), 4), 0, -1).swapaxes(0, 1).reshape(8, count)
         )
         weight = self.robot.weight
-        low = np.where(stands, share * bounds.force_min / weight, -OPEN)
+        low = np.where(stands, share * self._force_min / weight, -OPEN)
         high = np.where(stands, np.maximum(share * self._force_max[:, None] / weight, FORCE_ROOM), OPEN)
         self._put_limits("force", low, high)
         self.share, self.force_low, self.force_high = share, low, high
@@ -186,17 +195,24 @@ class Filling:
 
     def put_reference(self, reference: Reference) -> None:
         """Where the robot is wanted."""
+        ground = self.ground.mean()
         stage, end = self._stages
         for name, values in (
-            ("pose_ref", reference.pose),
-            ("rate_ref", reference.rate),
-            ("heading_ref", reference.heading),
+            ("goal_pose", reference.pose),
+            ("height_z", reference.pose[2:3] + ground),
+            ("velocity_rate", reference.rate[:3]),
+            ("rotation_yaw_rate", reference.rate[3:]),
+            ("heading_sigma", reference.heading),
         ):
             stage.numbers(name)[:] = values[:, :-1]
             end.numbers(name)[:] = values[:, -1:]
-        stage.numbers("pose_ref")[2] += self.ground.mean()
-        end.numbers("pose_ref")[2] += self.ground.mean()
         stage.numbers("speed_ref")[:] = reference.speed[:, :-1]
+        if self._own:
+            self.context.goals[:] = 0.0
+            self.context.goals[:4] = reference.pose[:, :-1]
+            self.context.goals[2] += ground
+            for part in self._stages:
+                part.put_terms(self._own, self.context)
 
     def _put_limits(self, name: str, lower: Array | float, upper: Array | float) -> None:
         number = self._row_number[self._problem.interval.rows(name)]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Any, Final
 
 from rollgait.errors import UnknownNameError
+from rollgait.scenario.patterns import PATTERNS, Wheels
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class CyclicGait:
     period: float = 1.0
     swing: float = 0.0
     phase: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-    wheels: Literal["rolling", "locked"] = "rolling"
+    wheels: Wheels = "rolling"
     brakes: bool = False
     clearance: float = 0.08
     centred: float = 0.0
@@ -38,28 +39,23 @@ class CyclicGait:
 
 CENTRED: Final = 0.5
 """A robot that carries its weight in front falls over a front foot in the air unless it leans back."""
-_ONE_BY_ONE: Final = (0.75, 0.25, 0.5, 0.0)
-"""HR, FR, HL, FL: the paper's order."""
+
+
+def _stepping(name: str, period: float, swing: float, **rest: Any) -> CyclicGait:
+    """A gait of the pattern of its name."""
+    pattern = PATTERNS[name]
+    return CyclicGait(name, period, swing, pattern.phase, pattern.wheels, centred=CENTRED, **rest)
+
 
 GAITS: Final = {
     gait.name: gait
     for gait in (
         CyclicGait("stand", brakes=True),
         CyclicGait("drive"),
-        CyclicGait("crawl", period=4.0, swing=0.8, phase=_ONE_BY_ONE, centred=CENTRED),
-        CyclicGait(
-            "walk",
-            period=5.0,
-            swing=0.7,
-            phase=_ONE_BY_ONE,
-            wheels="locked",
-            centred=CENTRED,
-            speed_max=0.04,
-            turn_rate_max=0.05,
-        ),
-        CyclicGait(
-            "trot", period=1.0, swing=0.3, phase=(0.0, 0.5, 0.5, 0.0), clearance=0.05, centred=CENTRED
-        ),
+        _stepping("crawl", period=4.0, swing=0.8),
+        _stepping("walk", period=5.0, swing=0.7, speed_max=0.04, turn_rate_max=0.05),
+        _stepping("trot", period=1.0, swing=0.3, clearance=0.05),
+        _stepping("pace", period=1.0, swing=0.2, clearance=0.05),
     )
 }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.mpc.model import LiveProblem
+from rollgait.transcription.live import LiveProblem
 
 Array = NDArray[np.float64]
 
@@ -41,6 +41,15 @@ class Iterate:
     def forget_contacts(self) -> None:
         """The forces are again those of a robot that stands on all feet."""
         self._share, self._usual = np.ones((4, self._count)), np.full((4, self._count), 0.25)
+
+    def stand(self, state: Array, force: Array) -> None:
+        """Begins anew: at rest in one state (n_x,), on vertical forces (4,) in weights of the robot."""
+        self.states[:] = state
+        self.inputs[:] = 0.0
+        self.forget_contacts()
+        self.inputs[:, self._force][:, 2::3] = force
+        self.previous[:] = 0.0
+        self.previous[2:12:3] = force
 
     def rest(self, state: Array) -> None:
         """Nothing moves any more: all nodes but the first are this state (n_x,), forces are the last."""

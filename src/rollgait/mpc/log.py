@@ -10,23 +10,21 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from rollgait.archive import ArchiveFormat
-from rollgait.config import validate
+from rollgait.config import Line, Number, Positive
+from rollgait.errors import MISSING, InputError
 from rollgait.mpc.prediction import Event, Prediction
-from rollgait.mpc.state import Control, RobotState
+from rollgait.npz import Layout
+from rollgait.plant.control import Control
+from rollgait.plant.state import RobotState
 from rollgait.robot.robot import Robot
+from rollgait.series import check_numbers, check_quaternions, check_times
 
 Array = NDArray[np.float64]
 
 FORMAT: Final = "rollgait-mpc"
-_FILE: Final = ArchiveFormat(
-    FORMAT,
-    1,
-    "file",
-    "is not a log of the controller that rollgait saved",
-    "has version {found}; this rollgait reads {known}",
-)
 MODES: Final = ("tracking", "coasting", "standing")
 
 
@@ -139,15 +137,13 @@ class MpcLog:
         """Reads it. Raises `FileError`."""
         header, arrays = _FILE.read(path)
         with _FILE.damage_told(path):
-            return cls(
-                **{name: arrays[name] for name in ARRAYS},
-                joint_names=tuple(header["joint_names"]),
-                robot=validate(Robot, header["robot"]),
-                plant=str(header["plant"]),
-                period=float(header["period"]),
-                fallen_at=header["fallen_at"],
-                events=tuple(Event(**event) for event in header["events"]),
-            )
+            check_times(arrays["time"], motion=False)
+            check_numbers(arrays, set(ARRAYS) - {"cost", "violation"})
+            if header.joint_names:
+                check_quaternions("base_quaternion", arrays["base_quaternion"])
+            if not np.all((arrays["mode"] >= 0) & (arrays["mode"] < len(MODES))):
+                raise InputError("mode", MISSING, f"must hold numbers below {len(MODES)}")
+        return cls(**arrays, **dict(header))  # type: ignore[arg-type]  # the header names its parts as here
 
 
 @dataclass(frozen=True)
@@ -301,3 +297,44 @@ ARRAYS: Final = (
     "joint_position",
 )
 """Names of the arrays of a log, in the order of the rows that `LogWriter` collects."""
+
+
+class _Header(BaseModel):
+    """What the header of a log holds."""
+
+    joint_names: tuple[Line, ...]
+    robot: Robot
+    plant: Line
+    period: Positive
+    fallen_at: Number | None
+    events: tuple[Event, ...]
+
+
+def _layout(header: _Header) -> Layout:
+    """The arrays of a log; n steps. A log without joints has no base either."""
+    joints = len(header.joint_names)
+    numbers = ("time", "seconds", "solver_seconds", "violation", "cost")
+    return {
+        **dict.fromkeys(numbers, ("f", ("n",))),
+        **dict.fromkeys(("com_position", "euler", "com_velocity", "euler_rate", "wanted"), ("f", ("n", 3))),
+        **dict.fromkeys(("foot_position", "force"), ("f", ("n", 4, 3))),
+        **dict.fromkeys(("heading", "speed"), ("f", ("n", 4))),
+        "contact": ("b", ("n", 4)),
+        "reference": ("f", ("n", 4)),
+        **dict.fromkeys(("iterations", "mode"), ("i", ("n",))),
+        "late": ("b", ("n",)),
+        "base_position": ("f", ("n", 3 if joints else 0)),
+        "base_quaternion": ("f", ("n", 4 if joints else 0)),
+        "joint_position": ("f", ("n", joints)),
+    }
+
+
+_FILE: Final = ArchiveFormat(
+    FORMAT,
+    1,
+    "file",
+    "is not a log of the controller that rollgait saved",
+    _Header,
+    _layout,
+    "has version {found}; this rollgait reads {known}",
+)

@@ -15,7 +15,9 @@ from rollgait.mpc.log import LogWriter, MpcLog
 from rollgait.mpc.mpc import Mpc
 from rollgait.mpc.prediction import Prediction
 from rollgait.mpc.script import Script
-from rollgait.mpc.state import Control, Plant, RobotState
+from rollgait.plant.control import Control
+from rollgait.plant.protocol import Plant
+from rollgait.plant.state import RobotState
 
 Watch = Callable[[float], bool | None]
 """Called after each step with the time, s; ends the run if it returns True."""

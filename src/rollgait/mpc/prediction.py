@@ -9,6 +9,8 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.config import Line
+
 Array = NDArray[np.float64]
 Mode = Literal["tracking", "coasting", "standing"]
 
@@ -73,4 +75,4 @@ class Event:
     """Something that was not as it should be: when (s), and what."""
 
     time: float
-    text: str
+    text: Line

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.command import PoseCommand, VelocityCommand
 from rollgait.mpc.settings import CommandLimits
-from rollgait.mpc.state import RobotState
+from rollgait.plant.state import RobotState
 from rollgait.robot.robot import Robot
 
 Array = NDArray[np.float64]
@@ -120,7 +120,7 @@ class ReferenceMaker:
             poses[:, k], twists[:, k] = pose, twist
             scale = aligned if k * interval < wait else 1.0
             pose, twist = self._advance(pose, twist, command, clock, interval, scale)
-        return self._with_wheels(state, poses, twists, wait, interval, command, clock)
+        return self._with_wheels(state, poses, twists, interval, command, clock)
 
     # -- the pose ----------------------------------------------------------------------------------------
 
@@ -237,7 +237,6 @@ class ReferenceMaker:
         state: RobotState,
         poses: Array,
         twists: Array,
-        wait: float,
         interval: float,
         command: VelocityCommand | PoseCommand,
         clock: GaitClock,

@@ -55,8 +55,8 @@ class MpcBounds(Config):
 
     friction: Positive = 0.5
     """Friction coefficient that the forces may use; the ground should have more."""
-    force_min: NonNegative = 40.0
-    """Smallest normal force in stance, N."""
+    force_min: NonNegative | None = None
+    """Smallest normal force in stance, N. Default: 40, less for light robots."""
     speed_max: Positive = 1.0
     """Limit of |v| in stance, m/s; the robot's own limit holds as well."""
     swing_speed_max: Positive = 1.0

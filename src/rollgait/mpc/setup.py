@@ -12,15 +12,17 @@ from rollgait.mpc.estimator import Blended, Delayed, Estimator, Noisy, Trust, Tr
 from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.loop import ClosedLoop
 from rollgait.mpc.mpc import Mpc
+from rollgait.mpc.plants.replay import Replay
 from rollgait.mpc.plants.rigid import RigidPlant
 from rollgait.mpc.settings import MpcSettings
-from rollgait.mpc.stance import standing_state
-from rollgait.mpc.state import Plant, RobotState
+from rollgait.plant.disturbances import Disturbances
+from rollgait.plant.protocol import Plant
+from rollgait.plant.stance import standing_state
+from rollgait.plant.state import RobotState
 from rollgait.robot.library import find_robot
 from rollgait.robot.robot import Robot
 from rollgait.robot.whole_body import EXTRA, find_whole_body
 from rollgait.scenario import Start
-from rollgait.simulation.disturbances import Disturbances
 
 DELAY: Final = 2
 """Age of what the estimator `delayed` knows, in periods of the controller."""
@@ -90,7 +92,7 @@ def make_loop(
         plant = _plant(plant, body, stands, disturbances)
     elif disturbances is not None:
         raise InputError("disturbances", plant.name, "must be given when this plant is made")
-    mpc = Mpc(body, settings, gait=gait, kernels=kernels)
+    mpc = Mpc(body, settings, gait=gait, kernels=kernels, follows=plant.name != Replay.name)
     known = observer(plant.name, mpc.settings.period, ESTIMATORS[estimator](seed), estimator == "delayed")
     return ClosedLoop(mpc, plant, known)
 

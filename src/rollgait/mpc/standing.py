@@ -8,8 +8,10 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.angles import turned
 from rollgait.mpc.settings import MpcSettings
-from rollgait.mpc.state import Control, RobotState
+from rollgait.plant.control import Control
+from rollgait.plant.state import RobotState
 from rollgait.robot.robot import GRAVITY, Robot
 
 Array = NDArray[np.float64]
@@ -56,11 +58,8 @@ class Standing:
         turning = -STIFFNESS * np.array([roll, pitch, 0.0]) - DAMPING * np.array(
             [roll_rate, pitch_rate, yaw_rate]
         )
-        c, s = np.cos(state.euler[0]), np.sin(state.euler[0])
-        R_world_yaw = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-        wanted = np.concatenate(
-            [robot.mass * acceleration, R_world_yaw @ (np.diag(robot.inertia_matrix) * turning)]
-        )
+        torque = np.diag(robot.inertia_matrix) * turning
+        wanted = np.concatenate([robot.mass * acceleration, turned(torque, state.euler[0])])
         A = np.hstack([np.vstack([np.eye(3), _cross_matrix(arm)]) for arm in lever])
         found = (np.linalg.pinv(A, rcond=1e-6) @ wanted).reshape(-1, 3)
         force[stands] = within_cone(found, self._settings.bounds.friction)

@@ -7,7 +7,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.mpc.state import RobotState
+from rollgait.mpc.clock import GaitClock
+from rollgait.plant.state import RobotState
 from rollgait.robot.robot import GRAVITY
 
 Array = NDArray[np.float64]
@@ -16,6 +17,35 @@ READY_MARGIN: Final = 0.0
 """m: how far inside the support the CoM, moving as it does, must be before a foot leaves the ground."""
 HOLD_MAX: Final = 0.5
 """So long a step is put off at most, s."""
+
+
+class StepHold:
+    """Lets a foot stay on the ground while the others could not carry the robot yet.
+
+    Args:
+        period: of the controller, s.
+    """
+
+    def __init__(self, period: float) -> None:
+        self._period = period
+        self._held = 0.0
+
+    def reset(self) -> None:
+        """The next step may be put off for the full time again."""
+        self._held = 0.0
+
+    def apply(self, clock: GaitClock, state: RobotState) -> None:
+        """Puts off what the clock would lift within a period, if need be."""
+        pending = clock.pending(state.time, self._period)
+        if not pending:
+            return
+        standing = clock.contact(state.time)
+        standing[pending] = False
+        if support_margin(state, standing) < READY_MARGIN and self._held < HOLD_MAX:
+            self._held += self._period
+            clock.hold(self._period)
+        else:
+            self._held = 0.0
 
 
 def support_margin(state: RobotState, standing: NDArray[np.bool_]) -> float:

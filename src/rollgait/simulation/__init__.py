@@ -3,7 +3,7 @@
 Needs the extra `whole-body`; importing this package does not load it, `simulate` does.
 """
 
-from rollgait.simulation.disturbances import Disturbances, Payload, Push
+from rollgait.plant.disturbances import Disturbances, Payload, Push
 from rollgait.simulation.entry import simulate
 from rollgait.simulation.log import SimulationLog
 from rollgait.simulation.report import JointUse, SimulationReport

@@ -83,7 +83,7 @@ def gains_for(
 
 
 @dataclass(frozen=True)
-class Reference:
+class JointReference:
     """What the joints shall do at the steps of the simulation: the joint trajectory, then rest at its end.
 
     Attributes:
@@ -95,13 +95,13 @@ class Reference:
     torque: Array
 
 
-def reference_at(joints: JointTrajectory, times: Array) -> Reference:
+def reference_at(joints: JointTrajectory, times: Array) -> JointReference:
     """The joint trajectory at `times`, (steps,), s; the rest after its end."""
     position = interpolated(times, joints.time, joints.joint_position)
     torque = interpolated(times, joints.time, joints.joint_torque)
     step = float(times[1] - times[0])
     position, torque = (_averaged(values, round(SMOOTHING / step)) for values in (position, torque))
-    return Reference(position, np.gradient(position, step, axis=0), torque)
+    return JointReference(position, np.gradient(position, step, axis=0), torque)
 
 
 def _averaged(values: Array, width: int) -> Array:
@@ -154,7 +154,7 @@ class Controller:
         delay: age of all it knows and sends, in steps.
     """
 
-    def __init__(self, gains: Gains, reference: Reference, delay: int = 0) -> None:
+    def __init__(self, gains: Gains, reference: JointReference, delay: int = 0) -> None:
         self._gains, self._delay = gains, delay
         self.load(reference)
         self._waiting: list[Array] = []
@@ -163,7 +163,7 @@ class Controller:
         self.shift_rate: Array = np.zeros_like(reference.position[0])
         """Δq̇, (n_j,), rad/s."""
 
-    def load(self, reference: Reference) -> None:
+    def load(self, reference: JointReference) -> None:
         """Another reference; its steps count from 0. What waits for its time still comes."""
         self._reference = reference
         self._feedforward = reference.torque + self._gains.damping * reference.velocity

@@ -6,9 +6,9 @@ from pathlib import Path
 
 from rollgait.errors import MissingExtraError, UnknownNameError
 from rollgait.plan.plan import Plan
+from rollgait.plant.disturbances import Disturbances
 from rollgait.robot.whole_body import EXTRA, WholeBody, find_whole_body, load_whole_body
 from rollgait.simulation.controller import WHEEL_MODES
-from rollgait.simulation.disturbances import Disturbances
 from rollgait.simulation.log import SimulationLog
 from rollgait.tracking import JointTrajectory, track
 

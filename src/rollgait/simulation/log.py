@@ -5,22 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, Field
 
 from rollgait.archive import ArchiveFormat
-from rollgait.config import validate
+from rollgait.config import Flag, Line, NonNegative, Number
+from rollgait.errors import MISSING, InputError
+from rollgait.npz import Layout
+from rollgait.plant.disturbances import Disturbances
 from rollgait.robot.robot import Robot
-from rollgait.simulation.disturbances import Disturbances
-
-if TYPE_CHECKING:
-    from rollgait.simulation.report import SimulationReport
+from rollgait.series import check_numbers, check_quaternions, check_times
+from rollgait.simulation.report import SimulationReport, judge
 
 Array = NDArray[np.float64]
-
-_FILE: Final = ArchiveFormat("rollgait-simulation", 1, "log", "is not a simulation log that rollgait saved")
 
 
 @dataclass(frozen=True)
@@ -92,8 +92,6 @@ class SimulationLog:
 
     @cached_property
     def _report(self) -> SimulationReport:
-        from rollgait.simulation.report import judge
-
         return judge(self)
 
     def save(self, path: str | Path) -> Path:
@@ -116,13 +114,26 @@ class SimulationLog:
         """
         header, arrays = _FILE.read(path)
         with _FILE.damage_told(path):
-            return cls(
-                **{key: arrays[key] for key in _ARRAYS},
-                **{key: header[key] for key in _PLAIN},
-                joint_names=tuple(header["joint_names"]),
-                robot=validate(Robot, header["robot"], "robot"),
-                disturbances=validate(Disturbances, header["disturbances"], "disturbances"),
-            )
+            check_times(arrays["time"])
+            check_numbers(arrays, set(_ARRAYS) - {"slip", "effort_max"})
+            for name in ("base_quaternion", "planned_base_quaternion"):
+                check_quaternions(name, arrays[name])
+            if not np.all(arrays["effort_max"] > 0.0):
+                raise InputError("effort_max", MISSING, "must hold positive numbers")
+        return cls(**arrays, **dict(header))  # type: ignore[arg-type]  # the header names its parts as here
+
+
+class _Header(BaseModel):
+    """What the header of a log holds."""
+
+    joint_names: Annotated[tuple[Line, ...], Field(min_length=1)]
+    robot: Robot
+    disturbances: Disturbances
+    feedback: Flag
+    ground_height: Number
+    motion_end: Number
+    fallen_at: Number | None
+    wall_time: NonNegative
 
 
 _PLAIN: Final = ("feedback", "ground_height", "motion_end", "fallen_at", "wall_time")
@@ -130,4 +141,27 @@ _ARRAYS: Final = tuple(
     field.name
     for field in fields(SimulationLog)
     if field.name not in (*_PLAIN, "joint_names", "robot", "disturbances")
+)
+
+
+def _layout(header: _Header) -> Layout:
+    """The arrays of a log; n samples."""
+    count = len(header.joint_names)
+    joints = ("joint_position", "joint_velocity", "joint_torque", "torque_peak")
+    places = ("base_position", "com_position", "planned_base_position", "planned_com_position")
+    return {
+        "time": ("f", ("n",)),
+        **dict.fromkeys(places, ("f", ("n", 3))),
+        **dict.fromkeys(("base_quaternion", "planned_base_quaternion"), ("f", ("n", 4))),
+        "base_velocity": ("f", ("n", 6)),
+        **dict.fromkeys(joints, ("f", ("n", count))),
+        **dict.fromkeys(("force", "planned_force"), ("f", ("n", 4, 3))),
+        "slip": ("f", ("n", 4)),
+        "planned_contact": ("b", ("n", 4)),
+        "effort_max": ("f", (count,)),
+    }
+
+
+_FILE: Final = ArchiveFormat(
+    "rollgait-simulation", 1, "log", "is not a simulation log that rollgait saved", _Header, _layout
 )

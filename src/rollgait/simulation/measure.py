@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.mpc.fall import is_fallen
-from rollgait.mpc.state import RobotState
+from rollgait.angles import euler_angles, euler_rates, near
+from rollgait.plant.fall import is_fallen
+from rollgait.plant.state import RobotState
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.simulation.world import World
 
@@ -93,7 +94,7 @@ class StateReader:
         mujoco.mj_subtreeVel(model, data)
         R_world_base = data.xmat[world.base].reshape(3, 3)
         euler = euler_angles(R_world_base)
-        euler[0] = _near(euler[0], self.last.euler[0])
+        euler[0] = near(euler[0], self.last.euler[0])
         axle = (data.geom_xmat[self._feet].reshape(-1, 3, 3) @ self._axle_left[..., None])[..., 0]
         lying = axle * axle[:, 2:] - _UP
         down = lying / np.sqrt(np.maximum(1.0 - axle[:, 2:] ** 2, 1e-6))
@@ -106,7 +107,7 @@ class StateReader:
             com_velocity=data.subtree_linvel[world.base].copy(),
             euler_rate=euler_rates(euler, R_world_base @ data.qvel[3:6]),
             foot_position=data.geom_xpos[self._feet] + world.radius[:, None] * down,
-            heading=_near(heading, self.last.heading),
+            heading=near(heading, self.last.heading),
             speed=world.radius * turning,
         )
         return self.last
@@ -125,29 +126,3 @@ def axles_to_the_left(world: World, data: Any, state: RobotState, wheels: NDArra
     left = np.stack([-np.sin(state.heading), np.cos(state.heading)], axis=1)
     sign = np.where(np.sum(axle[:, :2] * left, axis=1) < 0.0, -1.0, 1.0)
     return np.asarray((sign * wheels)[:, None] * _UP)
-
-
-def euler_angles(R_world_base: Array) -> Array:
-    """θ = (yaw, pitch, roll), rad, of R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    R = R_world_base
-    return np.array(
-        [
-            np.arctan2(R[1, 0], R[0, 0]),
-            np.arcsin(np.clip(-R[2, 0], -1.0, 1.0)),
-            np.arctan2(R[2, 1], R[2, 2]),
-        ]
-    )
-
-
-def euler_rates(euler: Array, omega_world: Array) -> Array:
-    """θ̇, (3,), rad/s, of an angular velocity in world axes; none is defined at a pitch of 90°."""
-    yaw, pitch, _ = euler
-    c, s = np.cos(yaw), np.sin(yaw)
-    roll_rate = (c * omega_world[0] + s * omega_world[1]) / max(np.cos(pitch), 1e-6)
-    pitch_rate = c * omega_world[1] - s * omega_world[0]
-    return np.array([omega_world[2] + np.sin(pitch) * roll_rate, pitch_rate, roll_rate])
-
-
-def _near(angle: Any, reference: Any) -> Any:
-    """The same angles, by whole turns as near to the reference as they can be, rad."""
-    return angle - 2.0 * np.pi * np.round((angle - reference) / (2.0 * np.pi))

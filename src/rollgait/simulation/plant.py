@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.errors import InputError
-from rollgait.mpc.stance import standing_control
-from rollgait.mpc.state import Control, RobotState
+from rollgait.plant.control import Control
+from rollgait.plant.disturbances import Disturbances
+from rollgait.plant.stance import standing_control
+from rollgait.plant.state import RobotState
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.robot.urdf_model import BASE_V
 from rollgait.robot.whole_body import WholeBody
-from rollgait.simulation.controller import Controller, Gains, MovingAverage, Reference
-from rollgait.simulation.disturbances import Disturbances
+from rollgait.simulation.controller import Controller, Gains, JointReference, MovingAverage
 from rollgait.simulation.drives import gains_of
 from rollgait.simulation.measure import StateReader, axles_to_the_left, contact_forces, has_fallen
 from rollgait.simulation.world import TIME_STEP, build_world
@@ -106,7 +107,7 @@ class MujocoPlant:
         self._average.fill(np.concatenate([posture, self._standing_torque(robot, start)]))
         self._controller = Controller(
             drives,
-            Reference(*(row[None] for row in (rest.position, rest.velocity, rest.torque))),
+            JointReference(*(row[None] for row in (rest.position, rest.velocity, rest.torque))),
             round(given.latency / TIME_STEP),
         )
         self._placed = posture.copy()
@@ -212,7 +213,7 @@ class MujocoPlant:
 
     # -- inside --
 
-    def _reference(self, target: JointTarget, count: int) -> Reference:
+    def _reference(self, target: JointTarget, count: int) -> JointReference:
         """What the joints shall do in each of the next steps, (count, n_j)."""
         share = np.arange(1, count + 1)[:, None] / count
         position = self._target.position + share * (target.position - self._target.position)
@@ -221,7 +222,7 @@ class MujocoPlant:
         position, torque = smooth[:, : len(target.position)], smooth[:, len(target.position) :]
         velocity = np.diff(position, axis=0, prepend=self._placed[None]) / TIME_STEP
         self._placed, self._target = position[-1], target
-        return Reference(position, velocity, torque)
+        return JointReference(position, velocity, torque)
 
     def _advance(self, count: int, force: Array, peak: Array) -> None:
         world, data, model = self._world, self._data, self._world.model

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.robot.robot import LEG_NAMES
-from rollgait.simulation.log import SimulationLog
+
+if TYPE_CHECKING:
+    from rollgait.simulation.log import SimulationLog
 
 Array = NDArray[np.float64]
 

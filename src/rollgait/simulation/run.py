@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.plant.disturbances import Disturbances
 from rollgait.robot.whole_body import WholeBody
 from rollgait.simulation.controller import SMOOTHING, Controller, Gains, interpolated, reference_at
-from rollgait.simulation.disturbances import Disturbances
 from rollgait.simulation.drives import gains_of
 from rollgait.simulation.feedback import PERIOD, BaseFeedback
 from rollgait.simulation.log import SimulationLog

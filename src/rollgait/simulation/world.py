@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.errors import FileError, InputError
+from rollgait.plant.disturbances import Disturbances, Payload
 from rollgait.robot.robot import GRAVITY, LEG_NAMES
+from rollgait.robot.urdf_feet import FootShape, measure_foot
 from rollgait.robot.urdf_files import UNLIMITED, Urdf, read_urdf
-from rollgait.robot.whole_body import LegJoints, WholeBody
-from rollgait.simulation.disturbances import Disturbances, Payload
+from rollgait.robot.whole_body import WholeBody
 
 Array = NDArray[np.float64]
 
@@ -124,9 +125,10 @@ def build_world(
         joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE  # the actuators do that
     known, used = [], []
     for name, leg in body.leg_list():
-        nominal = _radius(urdf, leg)
+        shape = measure_foot(urdf, f"legs.{name}", leg)
+        nominal = shape.radius
         true = (nominal or POINT_RADIUS) * (1.0 + given.radius_error * (leg.wheel is not None))
-        _add_foot(spec, urdf, name, leg, true, given.friction)
+        _add_foot(spec, name, leg.frame, shape, true, given.friction)
         known.append(nominal)
         used.append(true)
     _add_ground(spec, ground_height, given.friction, visual)
@@ -219,7 +221,7 @@ def _can_be_shown(visual: ET.Element, urdf: Urdf) -> bool:
     """Whether MuJoCo can draw it; makes the path of its mesh absolute."""
     for mesh in visual.iter("mesh"):
         file = urdf.find_mesh(mesh.get("filename", ""))
-        if file.suffix.lower() not in _MESHES:
+        if file is None or file.suffix.lower() not in _MESHES:
             return False
         mesh.set("filename", str(file.absolute()))
     return True
@@ -235,15 +237,8 @@ def _limits(urdf: Urdf) -> dict[str, float]:
     return limits
 
 
-def _radius(urdf: Urdf, leg: LegJoints) -> float:
-    """Radius of the wheel or of the ball of the foot; 0 if there is none."""
-    if leg.radius is not None:
-        return leg.radius
-    return urdf.radius(leg.frame) or 0.0
-
-
-def _add_foot(spec: Any, urdf: Urdf, name: str, leg: LegJoints, radius: float, friction: float) -> None:
-    body = spec.body(leg.frame)
+def _add_foot(spec: Any, name: str, frame: str, shape: FootShape, radius: float, friction: float) -> None:
+    body = spec.body(frame)
     foot = {
         "name": _FOOT + name,
         "mass": 0.0,
@@ -254,27 +249,17 @@ def _add_foot(spec: Any, urdf: Urdf, name: str, leg: LegJoints, radius: float, f
         "friction": [friction, 0.0, 0.0],
         "rgba": [0.1, 0.1, 0.1, 0.35],
     }
-    if leg.wheel is None:
-        body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[radius, 0.0, 0.0], **foot)
+    if not shape.axle.any():
+        size = [radius, 0.0, 0.0]
+        body.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=size, pos=shape.centre, **foot)
         return
-    half = WHEEL_WIDTH * radius * _axle(urdf, leg)
+    half = WHEEL_WIDTH * radius * shape.axle
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_ELLIPSOID,
         size=[radius, radius, radius],
-        fromto=[*-half, *half],
+        fromto=[*(shape.centre - half), *(shape.centre + half)],
         **foot,
     )
-
-
-def _axle(urdf: Urdf, leg: LegJoints) -> Array:
-    """Unit vector along the wheel's axle in the frame of the wheel."""
-    for joint in urdf.root.findall("joint"):
-        if joint.get("name") == leg.wheel_joint:
-            axis = joint.find("axis")
-            text = "1 0 0" if axis is None else axis.get("xyz", "1 0 0")
-            direction = np.array([float(part) for part in text.split()])
-            return np.asarray(direction / np.linalg.norm(direction))
-    raise InputError("legs.wheel_joint", leg.wheel_joint, f"is not a joint of {urdf.path.name}")
 
 
 def _add_payload(root: Any, payload: Payload) -> None:

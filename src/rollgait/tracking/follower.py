@@ -11,8 +11,10 @@ import numpy as np
 import piqp  # noqa: F401
 from numpy.typing import NDArray
 
-from rollgait.mpc.state import Control, RobotState
-from rollgait.plan.certificate.physics import angular_velocity_world, rotation_world_base
+from rollgait.angles import angular_velocity
+from rollgait.dynamics.step import rotation
+from rollgait.plant.control import Control
+from rollgait.plant.state import RobotState
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.robot.urdf_model import BASE_V, BodyState, load_model
 from rollgait.robot.whole_body import WholeBody
@@ -135,8 +137,8 @@ class Follower:
         """
         begin, end, period = control.begin, control.end, control.period
         to_base = state.R_world_base.T
-        omega = angular_velocity_world(end.euler, end.euler_rate)
-        omega_before = angular_velocity_world(begin.euler, begin.euler_rate)
+        omega = angular_velocity(end.euler, end.euler_rate)
+        omega_before = angular_velocity(begin.euler, begin.euler_rate)
         v, a = np.zeros(self.model.nv), np.zeros(self.model.nv)
         v[3:BASE_V] = to_base @ omega
         v[BASE_V:] = velocity
@@ -158,9 +160,8 @@ class Follower:
 
 
 def _target(state: RobotState, roll_step: Array) -> tasks.Target:
-    return tasks.Target(
-        state.com_position, rotation_world_base(state.euler), state.foot_position, state.heading, roll_step
-    )
+    R_world_base: Array = np.array(rotation(np, list(state.euler)))
+    return tasks.Target(state.com_position, R_world_base, state.foot_position, state.heading, roll_step)
 
 
 def _is_finite(control: Control) -> bool:

@@ -27,12 +27,12 @@ def held_headings(plan: Plan, samples: Samples, model: WholeBodyModel) -> Array:
 
 def _held(plan: Plan, leg: int, time: Array) -> Array:
     """σ of one locked wheel, (n,): constant in stance, a smooth step in each swing."""
-    h = plan.schedule.interval
+    nodes = plan.schedule.node_times
     heading = np.full(len(time), float(plan.sample(0.0).euler[0]))
     for swing in plan.schedule.swings():
         if swing.leg != leg:
             continue
-        begin, end = swing.lift_off * h, swing.touch_down * h
+        begin, end = nodes[[swing.lift_off, swing.touch_down]]
         goal = float(plan.sample(min(end, plan.horizon)).euler[0])
         phase = np.clip((time - begin) / (end - begin), 0.0, 1.0)
         after = time > begin

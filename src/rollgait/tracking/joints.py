@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, Field
 
 from rollgait.archive import ArchiveFormat
-from rollgait.config import validate
-from rollgait.plan.samples import Samples
+from rollgait.config import Line
+from rollgait.errors import MISSING, InputError
+from rollgait.npz import Layout
+from rollgait.plan.samples import SAMPLES_LAYOUT, Samples
 from rollgait.robot.robot import Robot
+from rollgait.series import check_numbers, check_quaternions, check_times
 from rollgait.tracking.report import TrackingReport
 
 Array = NDArray[np.float64]
 
-_FILE = ArchiveFormat("rollgait-joints", 1, "joints", "is not a joint trajectory that rollgait saved")
 _REFERENCE = "reference/"
 
 
@@ -72,13 +75,26 @@ class JointTrajectory:
         """
         header, arrays = _FILE.read(path)
         with _FILE.damage_told(path):
-            return cls(
-                **{key: arrays[key] for key in _ARRAYS},
-                joint_names=tuple(header["joint_names"]),
-                reference=Samples(**{f.name: arrays[_REFERENCE + f.name] for f in fields(Samples)}),
-                robot=validate(Robot, header["robot"], "robot"),
-                report=TrackingReport.from_dict(header["report"]),
-            )
+            check_times(arrays["time"])
+            check_numbers(arrays, arrays)
+            check_quaternions("base_quaternion", arrays["base_quaternion"])
+            if not np.array_equal(arrays["time"], arrays[_REFERENCE + "time"]):
+                raise InputError("reference/time", MISSING, "must be the times of the joints")
+        return cls(
+            **{key: arrays[key] for key in _ARRAYS},
+            joint_names=header.joint_names,
+            reference=Samples(**{f.name: arrays[_REFERENCE + f.name] for f in fields(Samples)}),
+            robot=header.robot,
+            report=header.report,
+        )
+
+
+class _Header(BaseModel):
+    """What the header of a file of joints holds."""
+
+    joint_names: Annotated[tuple[Line, ...], Field(min_length=1)]
+    robot: Robot
+    report: TrackingReport
 
 
 _ARRAYS = (
@@ -89,4 +105,22 @@ _ARRAYS = (
     "joint_position",
     "joint_velocity",
     "joint_torque",
+)
+
+
+def _layout(header: _Header) -> Layout:
+    """The arrays of a file of joints; n samples."""
+    joints = ("f", ("n", len(header.joint_names)))
+    return {
+        "time": ("f", ("n",)),
+        "base_position": ("f", ("n", 3)),
+        "base_quaternion": ("f", ("n", 4)),
+        "base_velocity": ("f", ("n", 6)),
+        **dict.fromkeys(("joint_position", "joint_velocity", "joint_torque"), joints),
+        **{_REFERENCE + name: described for name, described in SAMPLES_LAYOUT.items()},
+    }
+
+
+_FILE = ArchiveFormat(
+    "rollgait-joints", 1, "joints", "is not a joint trajectory that rollgait saved", _Header, _layout
 )

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.config import Line
 from rollgait.robot.robot import LEG_NAMES
 
 Array = NDArray[np.float64]
@@ -37,11 +38,11 @@ class TrackingRow:
         at_least: whether `worst` must not be smaller than `limit`, or not larger.
     """
 
-    name: str
+    name: Line
     worst: float
     limit: float | None
-    unit: str
-    where: str
+    unit: Line
+    where: Line
     time: float
     at_least: bool = False
 

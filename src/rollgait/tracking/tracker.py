@@ -9,9 +9,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
+from scipy.spatial.transform import Rotation
 
 from rollgait.errors import InputError
-from rollgait.plan.certificate.physics import rotation_world_base
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Samples
 from rollgait.robot.robot import LEG_NAMES
@@ -93,7 +93,7 @@ class _Motion:
 
 def _integrate(model: WholeBodyModel, stack: Stack, samples: Samples, roll: Array) -> _Motion:
     n = len(samples.time)
-    rotations = rotation_world_base(samples.euler)
+    rotations = Rotation.from_euler("ZYX", samples.euler).as_matrix()
     motion = _Motion(
         q=np.zeros((n, model.nv + 1)),
         contact_force=np.zeros((n, model.nv)),
@@ -147,7 +147,7 @@ def stand(model: WholeBodyModel, stack: Stack, target: tasks.Target) -> BodyStat
     """
     q = model.posture.copy()
     turn = np.arctan2(target.R_world_base[1, 0], target.R_world_base[0, 0])
-    q[3:7] = (0.0, 0.0, np.sin(0.5 * turn), np.cos(0.5 * turn))
+    q[3:7] = Rotation.from_euler("z", turn).as_quat()
     state = model.state(q)
     q[:3] += target.p_com - state.p_com
     state = model.state(q)
@@ -205,7 +205,8 @@ def _roll_steps(plan: Plan, samples: Samples, model: WholeBodyModel) -> Array:
 def _as_trajectory(plan: Plan, model: WholeBodyModel, samples: Samples, motion: _Motion) -> JointTrajectory:
     t = samples.time
     velocity = _velocities(model, t, motion.q)
-    torque = _generalised_forces(model, t, motion.q, velocity, plan.schedule.interval) - motion.contact_force
+    longest = float(plan.schedule.lengths.max())
+    torque = _generalised_forces(model, t, motion.q, velocity, longest) - motion.contact_force
     angles = motion.q[:, BASE_V + 1 :]
     margin = np.minimum(angles - model.position_lower, model.position_upper - angles)
     speed = np.abs(np.diff(angles, axis=0)) / np.diff(t)[:, None]
@@ -248,13 +249,13 @@ def _velocities(model: WholeBodyModel, t: Array, q: Array) -> Array:
     return np.asarray(steps / (t[after] - t[before])[:, None])
 
 
-def _generalised_forces(model: WholeBodyModel, t: Array, q: Array, v: Array, interval: float) -> Array:
+def _generalised_forces(model: WholeBodyModel, t: Array, q: Array, v: Array, longest: float) -> Array:
     """Inverse dynamics, (n, nv).
 
     Within an interval of the plan speeds are constant and jump at its ends: an acceleration has a meaning
-    only as a mean over an interval, and is taken so.
+    only as a mean over an interval, and is taken so: over the longest one, s.
     """
-    width = max(1, round(interval / float(np.median(np.diff(t)))))
+    width = max(1, round(longest / float(np.median(np.diff(t)))))
     smooth = uniform_filter1d(v, width, axis=0, mode="nearest")
     acceleration = np.gradient(smooth, t, axis=0)
     return np.array([model.inverse_dynamics(*row) for row in zip(q, v, acceleration, strict=True)])

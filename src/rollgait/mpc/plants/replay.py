@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.mpc.log import MpcLog
-from rollgait.mpc.state import Control, RobotState
+from rollgait.plant.control import Control
+from rollgait.plant.state import RobotState
 
 Array = NDArray[np.float64]
 

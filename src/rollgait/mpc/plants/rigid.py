@@ -7,11 +7,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.dynamics.step import angular_momentum
-from rollgait.mpc.fall import is_fallen
-from rollgait.mpc.stance import standing_state
-from rollgait.mpc.state import Control, RobotState
-from rollgait.robot.robot import GRAVITY, Robot
+from rollgait.dynamics.foot import planar_motion
+from rollgait.dynamics.step import Figures, angular_momentum, euler_rate
+from rollgait.plant.control import Control
+from rollgait.plant.fall import is_fallen
+from rollgait.plant.stance import standing_state
+from rollgait.plant.state import RobotState
+from rollgait.robot.robot import GRAVITY, FootKind, Robot
 
 Array = NDArray[np.float64]
 
@@ -39,7 +41,17 @@ class RigidPlant:
         self._robot, self._noise = robot, noise
         self._state = standing_state(robot) if start is None else start
         self._random = np.random.default_rng(seed)
-        self._inverse = np.linalg.inv(robot.inertia_matrix)
+        legs = robot.leg_list
+        self._figures = Figures(
+            robot.mass,
+            np.linalg.inv(robot.inertia_matrix).tolist(),
+            [leg.foot for leg in legs],
+            [leg.heading for leg in legs],
+        )
+        self._legs_by_kind: dict[FootKind, list[int]] = {}
+        for i, leg in enumerate(legs):
+            self._legs_by_kind.setdefault(leg.foot, []).append(i)
+        self._heading_offset = np.array([leg.heading for leg in legs])
         self._pushes: list[tuple[float, Array]] = []
         self.fallen = False
 
@@ -65,7 +77,6 @@ class RigidPlant:
             [x.com_position, x.euler, x.com_velocity, L, x.foot_position[:, :2].ravel(), x.heading]
         )
         z0 = x.foot_position[:, 2]
-        speed, turn = control.motion.T
 
         def rate(t: float, y: Array) -> Array:
             theta, momentum, heading = y[3:6], y[9:12], y[20:24]
@@ -73,10 +84,9 @@ class RigidPlant:
             acceleration = (control.force.sum(axis=0) + pushing) / self._robot.mass
             acceleration[2] -= GRAVITY
             torque = np.cross(p - y[:3], control.force).sum(axis=0)
-            velocity = speed[:, None] * np.column_stack([np.cos(heading), np.sin(heading)])
-            return np.concatenate(
-                [y[6:9], self._euler_rate(theta, momentum), acceleration, torque, velocity.ravel(), turn]
-            )
+            turning = self._euler_rate(theta, momentum)
+            velocity, turn = self._feet(control.motion, heading, theta[0], turning[0])
+            return np.concatenate([y[6:9], turning, acceleration, torque, velocity.ravel(), turn])
 
         found = self._solve_ivp(rate, (0.0, period), y0, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE)
         y = found.y[:, -1]
@@ -91,9 +101,19 @@ class RigidPlant:
             euler_rate=self._euler_rate(y[3:6], y[9:12]),
             foot_position=np.column_stack([y[12:20].reshape(4, 2), height]),
             heading=y[20:24],
-            speed=speed.copy(),
+            speed=control.motion[:, 0].copy(),
         )
         self.fallen |= self._has_fallen()
+
+    def _feet(self, motion: Array, heading: Array, yaw: float, yaw_rate: float) -> tuple[Array, Array]:
+        """Planar velocities (4, 2), m/s, and heading rates (4,), rad/s, of the feet."""
+        velocity, turn = np.empty((4, 2)), np.empty(4)
+        for kind, legs in self._legs_by_kind.items():
+            foot = planar_motion(
+                np, kind, motion[legs].T, heading[legs], yaw, yaw_rate, self._heading_offset[legs]
+            )
+            velocity[legs], turn[legs] = np.column_stack(foot.velocity), foot.heading_rate
+        return velocity, turn
 
     def _has_fallen(self) -> bool:
         x = self._state
@@ -102,14 +122,4 @@ class RigidPlant:
         return is_fallen(tilt, height, self._robot.height)
 
     def _euler_rate(self, theta: Array, L: Array) -> Array:
-        (cz, cy, cx), (sz, sy, sx) = np.cos(theta), np.sin(theta)
-        R = np.array(
-            [
-                [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
-                [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
-                [-sy, cy * sx, cy * cx],
-            ]
-        )
-        wx, wy, wz = self._inverse @ (R.T @ L)
-        yaw = (sx * wy + cx * wz) / cy
-        return np.array([yaw, cx * wy - sx * wz, wx + yaw * sy])
+        return np.array(euler_rate(np, list(theta), list(L), self._figures))

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rollgait.errors import InputError
+from rollgait.plant.disturbances import DIRECTIONS, PUSH_DURATION, parse_quantity
 from rollgait.simulation import Disturbances, Payload, Push
-from rollgait.simulation.disturbances import DIRECTIONS, PUSH_DURATION, parse_quantity
 
 positive = st.floats(1e-3, 1e6)
 moments = st.floats(0.0, 1e3)

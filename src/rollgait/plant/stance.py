@@ -7,7 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.mpc.state import Control, RobotState
+from rollgait.angles import turned
+from rollgait.plant.control import Control
+from rollgait.plant.state import RobotState
 from rollgait.robot.robot import LEG_NAMES, Robot
 
 Array = NDArray[np.float64]
@@ -24,8 +26,6 @@ def standing_state(
         x, y: place of the CoM, m.
         yaw: of the base, and of the wheels that steer, rad.
     """
-    c, s = np.cos(yaw), np.sin(yaw)
-    R_world_yaw = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     r = np.array([x, y, robot.height])
     return RobotState(
         time=time,
@@ -33,7 +33,7 @@ def standing_state(
         euler=np.array([yaw, 0.0, 0.0]),
         com_velocity=np.zeros(3),
         euler_rate=np.zeros(3),
-        foot_position=r + robot.stance @ R_world_yaw.T,
+        foot_position=r + turned(robot.stance, yaw),
         heading=yaw + np.array([leg.heading for leg in robot.leg_list]),
         speed=np.zeros(len(LEG_NAMES)),
     )
