@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
@@ -17,11 +17,14 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Strict, ValidationError
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
+from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import YAMLError, YAMLWarning
+from ruamel.yaml.nodes import ScalarNode
 from ruamel.yaml.scalarstring import DoubleQuotedScalarString
 
-from rollgait.errors import FileError, InputError
+from rollgait.errors import FileError, InputError, shortened, shown
 from rollgait.explain import explain
+from rollgait.files import read_bytes
 
 
 class Config(BaseModel):
@@ -31,9 +34,7 @@ class Config(BaseModel):
         InputError: on construction, with the first thing that is wrong.
     """
 
-    model_config = ConfigDict(
-        frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True, use_attribute_docstrings=True
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, validate_default=True)
 
     if not TYPE_CHECKING:  # a type checker shall see the fields as arguments
 
@@ -60,7 +61,10 @@ def _number(value: Any) -> float:
 def _whole(value: Any) -> int:
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise ValueError("must be a whole number")
-    return int(value)
+    whole = int(value)
+    if abs(whole) > WHOLE_MAX:
+        raise ValueError("must be a whole number of at most 64 bits")
+    return whole
 
 
 def _positive(value: float) -> float:
@@ -81,6 +85,14 @@ def _ordered(value: tuple[float, float]) -> tuple[float, float]:
     return value
 
 
+def _line(value: str) -> str:
+    if len(value) > LINE_MAX or not value.isprintable():
+        raise ValueError(f"must be one line of at most {LINE_MAX} printable characters")
+    return value
+
+
+Line = Annotated[str, AfterValidator(_line)]
+"""Text that may be printed as it is: from a file, other text could steer the terminal."""
 Number = Annotated[float, BeforeValidator(_number)]
 Whole = Annotated[int, BeforeValidator(_whole)]
 Flag = Annotated[bool, Strict()]
@@ -97,8 +109,23 @@ ModelT = TypeVar("ModelT", bound=BaseModel)
 PLAIN = re.compile(r"[^\W\d][\w ,;./()+-]*")
 """Text that may stand in YAML without quotes, unless it looks like a number or a word with a meaning."""
 
+LINE_MAX = 1000
+"""Longest text that is shown in a line, characters."""
+
 LINE = 80
 """Longest mapping or list that goes into one line of YAML, characters."""
+
+TEXT_MAX = 500_000
+"""Largest YAML text that is read, bytes."""
+
+NODES_MAX = 30_000
+"""Most keys and values in a YAML text, enough for a script of 2000 commands; more take seconds to read."""
+
+DEPTH_MAX = 50
+"""Deepest nesting of a YAML text; a scenario needs 4."""
+
+WHOLE_MAX = 2**63 - 1
+"""Largest whole number: what NumPy and files can hold."""
 
 
 def validate(model: type[ModelT], data: Mapping[str, Any], prefix: str = "") -> ModelT:
@@ -111,11 +138,11 @@ def validate(model: type[ModelT], data: Mapping[str, Any], prefix: str = "") -> 
 
 def load_yaml(path: Path) -> dict[str, Any]:
     """The mapping that a YAML file holds. Raises `FileError`."""
+    content = read_bytes(path, TEXT_MAX)
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "it is not text"
-        raise FileError("file", str(path), f"cannot be read: {reason}") from None
+        text = content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise FileError("file", str(path), "cannot be read: it is not text") from None
     return parse_yaml(text, str(path))
 
 
@@ -126,8 +153,8 @@ def parse_yaml(text: str, origin: str) -> dict[str, Any]:
     except YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         where = f" in line {mark.line + 1}" if mark is not None else ""
-        problem = getattr(error, "problem", None) or str(error)
-        raise FileError("file", origin, f"is not valid YAML{where}: {' '.join(problem.split())}") from None
+        problem = " ".join((getattr(error, "problem", None) or str(error)).split())
+        raise FileError("file", origin, f"is not valid YAML{where}: {shortened(problem, LINE)}") from None
     if not isinstance(data, dict):
         raise FileError("file", origin, "must hold a mapping of keys to values")
     return data
@@ -151,14 +178,64 @@ def parse_setting(text: str) -> tuple[str, Any]:
 
 def _read(text: str) -> Any:
     """What a YAML text holds. Raises YAMLError and nothing else."""
+    if len(text) > TEXT_MAX:
+        raise YAMLError(f"it is longer than {TEXT_MAX} characters")
+    yaml = YAML(typ="safe", pure=True)
+    yaml.Composer = _Composer
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", YAMLWarning)
-            return YAML(typ="safe", pure=True).load(text)
+            root = yaml.compose(text)
+            if root is None:
+                return None
+            # aliases and merge keys cost nothing here, and everything where each is followed
+            if _unfolded(root, {}) > UNFOLDED_MAX:
+                raise YAMLError("its aliases make it too large")
+            return yaml.constructor.construct_document(root)
     except YAMLError:
         raise
     except Exception as error:  # ruamel raises what it meets: ValueError for the date 2001-99-99, and more
         raise YAMLError(str(error) or type(error).__name__) from None
+
+
+class _Composer(Composer):
+    """Ruamel's own, which stops at `NODES_MAX` and `DEPTH_MAX`."""
+
+    nodes = level = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        self.nodes += 1
+        self.level += 1
+        if self.nodes > NODES_MAX:
+            raise YAMLError(f"it holds more than {NODES_MAX} keys and values")
+        if self.level > DEPTH_MAX:
+            raise YAMLError(f"it is nested more than {DEPTH_MAX} deep")
+        node = super().compose_node(parent, index)
+        self.level -= 1
+        return node
+
+
+NODE_SIZE = 16
+"""What a key or value counts beside its characters."""
+
+UNFOLDED_MAX = TEXT_MAX + NODE_SIZE * NODES_MAX
+"""Largest size of a YAML text with every alias in full; no text without aliases comes near it."""
+
+
+def _unfolded(node: Any, known: dict[int, int]) -> int:
+    """Size of a node with every alias in full: characters, and `NODE_SIZE` for each value."""
+    if id(node) not in known:
+        known[id(node)] = 0  # while it is counted: what contains itself is for the validation to refuse
+        parts = [node.value] if isinstance(node, ScalarNode) else [*_flat(node.value)]
+        inner = (len(p) if isinstance(p, str) else _unfolded(p, known) for p in parts)
+        known[id(node)] = NODE_SIZE + sum(inner)
+    return known[id(node)]
+
+
+def _flat(children: list[Any]) -> Iterator[Any]:
+    """The nodes in a sequence, or the keys and values in a mapping."""
+    for child in children:
+        yield from child if isinstance(child, tuple) else (child,)
 
 
 def dump_yaml(data: Mapping[str, Any]) -> str:
@@ -200,7 +277,7 @@ def set_key(data: dict[str, Any], key: str, value: Any) -> None:
             child = {}
         if not isinstance(child, dict | list):
             parent = ".".join(path[: depth + 1])
-            raise InputError(key, value, f"cannot be set: {parent} is {child!r}, which has no keys")
+            raise InputError(key, value, f"cannot be set: {parent} is {shown(child)}, which has no keys")
         node[_index(node, name, key) if isinstance(node, list) else name] = child
         node = child
     node[_index(node, last, key) if isinstance(node, list) else last] = value

@@ -84,7 +84,7 @@ def _follow(model: type[BaseModel], location: Location) -> tuple[list[str], list
     names: list[str] = []
     around = [model]
     within: list[type[BaseModel]] = [model]
-    choice = False
+    choice = in_list = False
     for part in location:
         if choice:
             within, choice = _chosen(within, str(part)), False
@@ -92,11 +92,15 @@ def _follow(model: type[BaseModel], location: Location) -> tuple[list[str], list
         if part == "[key]":
             continue
         names.append(str(part))
+        if isinstance(part, int):
+            choice, in_list = in_list, False
+            continue
         around = within
         fields = [m.model_fields[str(part)] for m in within if str(part) in m.model_fields]
         if fields:
             within = [m for field in fields for m in _models_in(field.annotation)]
             choice = any(_is_choice(field.annotation) for field in fields)
+            in_list = any(_is_list_of_choices(field.annotation) for field in fields)
     return names, around
 
 
@@ -113,6 +117,11 @@ def _is_choice(annotation: Any) -> bool:
     if get_origin(annotation) not in (Union, UnionType):
         return False
     return len([a for a in get_args(annotation) if a is not NoneType]) > 1
+
+
+def _is_list_of_choices(annotation: Any) -> bool:
+    """Whether a field takes a list, each entry of which is one of several alternatives."""
+    return get_origin(annotation) is tuple and _is_choice(get_args(annotation)[0])
 
 
 def _models_in(annotation: Any) -> list[type[BaseModel]]:

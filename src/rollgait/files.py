@@ -1,14 +1,71 @@
-"""Writing files so that an interruption leaves none half-written."""
+"""Reading files that may be anything, and writing files so that an interruption leaves none half-written."""
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from rollgait.errors import FileError
+
+MB = 1_000_000
+"""Bytes."""
+
+
+@contextmanager
+def opened(path: str | Path, most: int, field: str = "file") -> Iterator[BinaryIO]:
+    """A regular file, or a link to one, open for reading bytes.
+
+    A pipe would be waited for and a device read without end, so neither is opened.
+
+    Args:
+        path: of the file.
+        most: largest size of the file, bytes.
+        field: that names the file in messages.
+
+    Raises:
+        FileError: there is no such file, it is larger, it is no regular file, or it cannot be read; also if
+            reading it in the block fails.
+    """
+    if "\0" in str(path):
+        raise FileError(field, str(path), "cannot be read: a path holds no null characters")
+    try:
+        if not stat.S_ISREG(Path(path).stat().st_mode):  # a device may take being opened as a command
+            raise _not_regular(path, field)
+        # without waiting: by now another program may have put a pipe into its place
+        number = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with os.fdopen(number, "rb") as stream:
+            found = os.fstat(number)
+            if not stat.S_ISREG(found.st_mode):
+                raise _not_regular(path, field)
+            check_size(found.st_size, most, str(path), field)
+            yield stream
+    except OSError as error:
+        raise FileError(field, str(path), f"cannot be read: {error.strerror or error}") from None
+
+
+def read_bytes(path: str | Path, most: int, field: str = "file") -> bytes:
+    """All bytes of a regular file, of at most `most`. Raises `FileError`, as `opened` does."""
+    with opened(path, most, field) as stream:
+        content = stream.read(most + 1)
+    check_size(len(content), most, str(path), field)  # it may have grown, or have no size, as in /proc
+    return content
+
+
+def check_size(size: int, most: int, name: str, field: str = "file") -> None:
+    """Raises `FileError` if what is called `name` has more than `most` bytes: before it is read or kept."""
+    if size > most:
+        raise FileError(field, name, f"is too large: {size / MB:.3g} MB; at most {most / MB:.3g} MB are read")
+
+
+def _not_regular(path: str | Path, field: str) -> FileError:
+    reason = os.strerror(errno.EISDIR) if Path(path).is_dir() else "it is a pipe or a device, not a file"
+    return FileError(field, str(path), f"cannot be read: {reason}")
 
 
 @contextmanager

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rollgait.config import parse_setting
 from rollgait.errors import InputError
-from rollgait.scenario import Scenario, find_scenario
+
+if TYPE_CHECKING:
+    from rollgait.scenario import Scenario
 
 ScenarioName = Annotated[
     str, typer.Argument(metavar="SCENARIO", help="Name of a scenario ('rollgait scenarios') or a YAML file.")
@@ -43,6 +44,9 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing els
 
 def scenario_with(name: str, settings: list[str] | None, profile: str | None) -> Scenario:
     """The scenario of that name, or in that file, with the settings of the command line."""
+    from rollgait.config import parse_setting
+    from rollgait.scenario import find_scenario
+
     values = dict(parse_setting(text) for text in settings or ())
     if profile is not None:
         values["profile"] = profile

@@ -19,7 +19,8 @@ def cache(
 
     The environment variable ROLLGAIT_CACHE names another folder for them, or switches them off with 'off'.
     """
-    from rollgait.solvers.kernels import cache_folder, cached_kernels, clear_cache  # loads CasADi
+    from rollgait.solvers.cache_folder import cache_folder
+    from rollgait.solvers.kernels import cached_kernels, clear_cache  # loads CasADi
 
     folder = cache_folder()
     removed = clear_cache() if clear else 0

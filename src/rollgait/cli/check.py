@@ -7,7 +7,6 @@ import typer
 from rollgait.cli.arguments import AsJson, PlanFile
 from rollgait.cli.output import print_json
 from rollgait.cli.report import print_certificate
-from rollgait.plan.plan import Plan
 
 
 def check(plan_file: PlanFile, as_json: AsJson = False) -> None:
@@ -15,6 +14,8 @@ def check(plan_file: PlanFile, as_json: AsJson = False) -> None:
 
     Exit status: 0 only if the solver converged and every row passes, 1 otherwise, 2 if the file is no plan.
     """
+    from rollgait.plan.plan import Plan
+
     plan = Plan.load(plan_file)
     certificate = plan.certificate()
     if as_json:

@@ -8,9 +8,7 @@ from typing import Annotated
 import typer
 
 from rollgait.cli.arguments import rate_from
-from rollgait.errors import FileError
-from rollgait.plan.plan import Plan
-from rollgait.tracking.joints import JointTrajectory
+from rollgait.cli.motion_file import load_motion
 
 
 def export(
@@ -27,21 +25,10 @@ def export(
 ) -> None:
     """Write a plan or joints, sampled at a fixed rate, in a format that others read."""
     per_second = rate_from(rate)
-    motion = _load(file)
+    motion = load_motion(file)
     from rollgait.export import FORMATS, write
 
     suffix = FORMATS.get(file_format, file_format)
     target = out or Path(f"{file.name.removesuffix('.npz')}{f'.{suffix}' if suffix else '.bag'}")
     write(motion, target, file_format, per_second)
     print(target)
-
-
-def _load(file: Path) -> Plan | JointTrajectory:
-    """The plan or the joints in a file. Raises `FileError`."""
-    try:
-        return Plan.load(file)
-    except FileError as no_plan:
-        try:
-            return JointTrajectory.load(file)
-        except FileError:
-            raise no_plan from None

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from rollgait.cli.arguments import AsJson, Profile, ScenarioName, Settings, scenario_with
 from rollgait.cli.output import number, print_json, print_table
-from rollgait.robot import LEG_NAMES, Robot, find_robot, robot_names
-from rollgait.scenario import Scenario, find_scenario, scenario_names
+
+if TYPE_CHECKING:
+    from rollgait.robot import Robot
+    from rollgait.scenario import Scenario
 
 _HEADER = """\
 # {name}: a complete scenario, the defaults of profile {profile} spelled out.
@@ -17,6 +21,8 @@ _HEADER = """\
 
 def scenarios(as_json: AsJson = False) -> None:
     """List the scenarios that come with the package."""
+    from rollgait.scenario import find_scenario, scenario_names
+
     found = {name: find_scenario(name) for name in scenario_names()}
     if as_json:
         print_json([_scenario_facts(name, scenario) for name, scenario in found.items()])
@@ -31,6 +37,8 @@ def scenarios(as_json: AsJson = False) -> None:
 
 def robots(as_json: AsJson = False) -> None:
     """List the robots that come with the package."""
+    from rollgait.robot import find_robot, robot_names
+
     found = [find_robot(name) for name in robot_names()]
     if as_json:
         print_json([_robot_facts(robot) for robot in found])
@@ -64,6 +72,8 @@ def _scenario_facts(name: str, scenario: Scenario) -> dict[str, object]:
 
 
 def _robot_facts(robot: Robot) -> dict[str, object]:
+    from rollgait.robot import LEG_NAMES
+
     return {
         "name": robot.name,
         "description": robot.description,

@@ -14,8 +14,8 @@ from rollgait.mpc.command import PoseCommand, VelocityCommand
 from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.script import RandomScript, Script, TimedCommand, TimedPush, script_of
 from rollgait.mpc.settings import MpcSettings
+from rollgait.plant.disturbances import PUSH_DURATION, Push
 from rollgait.scenario import Scenario, find_scenario, scenario_names
-from rollgait.simulation.disturbances import PUSH_DURATION, Push
 
 RANDOM: Final = "random"
 REPLAY: Final = "replay:"

@@ -6,16 +6,16 @@ import json
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.text import Text
+from rollgait.errors import readable
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 STYLES = {"pass": "green", "fail": "bold red", "not promised": "dim", "not certified": "bold red"}
 """Colours of words that stand alone in a cell; only terminals show them."""
-
-ERRORS = Console(stderr=True, highlight=False, soft_wrap=True)
-"""stderr: one console for all that writes there, so that lines do not run into a progress line."""
 
 MILLI = 1e3
 """Thousandths of an SI unit in one: people read mm and ms."""
@@ -24,14 +24,24 @@ NEGLIGIBLE = 1e-12
 """What a person reads as 0: rounding errors of sums, in SI units."""
 
 
+@lru_cache
+def console_of_stderr() -> Console:
+    """One console for all that writes to stderr, so that lines do not run into a progress line."""
+    from rich.console import Console
+
+    return Console(stderr=True, highlight=False, soft_wrap=True)
+
+
 def print_error(message: str) -> None:
     """One line on stderr."""
-    print("error:", " ".join(message.split()), file=sys.stderr)
+    print("error:", " ".join(readable(message).split()), file=sys.stderr)
 
 
 def print_note(message: str) -> None:
     """One quiet line on stderr."""
-    ERRORS.print(Text(" ".join(message.split()), style="dim"))
+    from rich.text import Text
+
+    console_of_stderr().print(Text(" ".join(readable(message).split()), style="dim"))
 
 
 def print_json(data: Any) -> None:
@@ -47,6 +57,10 @@ def print_table(rows: Sequence[Sequence[str]], right: Sequence[int] = (), indent
         right: columns that are flush right, as numbers are.
         indent: spaces at the beginning of each line.
     """
+    from rich.console import Console
+    from rich.text import Text
+
+    rows = [[readable(cell) for cell in row] for row in rows]
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     console = Console(highlight=False, soft_wrap=True)
     for row in rows:

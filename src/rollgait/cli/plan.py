@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from importlib import import_module
 from pathlib import Path
-from threading import Thread
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -21,15 +19,16 @@ from rollgait.cli.arguments import (
     scenario_with,
 )
 from rollgait.cli.output import print_json
-from rollgait.cli.progress import Progress
+from rollgait.cli.progress import SolverLine
 from rollgait.cli.report import print_certificate, print_plan
+from rollgait.diagnosis.budget import SECONDS
 from rollgait.errors import NotSolvedError
 from rollgait.files import check_writable
-from rollgait.plan.plan import Plan
 
 if TYPE_CHECKING:
     from rollgait.diagnosis.report import Diagnosis
     from rollgait.plan.certificate import Certificate
+    from rollgait.plan.plan import Plan
     from rollgait.scenario.scenario import Scenario
 
 
@@ -53,6 +52,10 @@ def plan(
     starts: Starts = 1,
     seed: Seed = 0,
     kernels: Kernels = True,
+    diagnose_seconds: Annotated[
+        float,
+        typer.Option(metavar="S", help="How long to look for the reason where there is no plan."),
+    ] = SECONDS,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Where to write. Default: <scenario>.npz in this folder."),
@@ -69,13 +72,13 @@ def plan(
         check_writable(out)
     target = _target(out or Path(f"{Path(scenario).stem}.npz"))
     check_writable(target)
+    from rollgait.plan.plan import Plan
+
     earlier = None if warm_start is None else Plan.load(warm_start)
     from rollgait.planner import plan as make_plan  # loads CasADi: only once the input is known to be right
 
-    # SciPy's integrators take a third of a second to load: meanwhile the solver works
-    Thread(target=import_module, args=("rollgait.plan.certificate",), daemon=True).start()
     try:
-        with Progress(quiet=as_json) as progress:
+        with SolverLine(quiet=as_json) as progress:
             found = make_plan(
                 asked,
                 transcription=transcription,
@@ -84,6 +87,7 @@ def plan(
                 multistart=starts,
                 seed=seed,
                 kernels=kernels,
+                diagnose_seconds=diagnose_seconds,
                 progress=progress,
             )
     except NotSolvedError as error:
@@ -91,7 +95,7 @@ def plan(
         raise
     certificate = found.certificate()
     found.save(target)
-    diagnosis = _why_no_goal(asked, certificate, kernels, as_json)
+    diagnosis = _why_no_goal(asked, certificate, kernels, diagnose_seconds, as_json)
     if as_json:
         report = {"file": str(target), "solved": found.solved, "certified": certificate.passed}
         report |= {"statistics": asdict(found.statistics), "certificate": certificate.to_dict()}
@@ -110,15 +114,15 @@ def plan(
 
 
 def _why_no_goal(
-    scenario: Scenario, certificate: Certificate, kernels: bool, quiet: bool
+    scenario: Scenario, certificate: Certificate, kernels: bool, seconds: float, quiet: bool
 ) -> Diagnosis | None:
     """Why a plan does not get to its goal; None if it does."""
     if not any(row.name in ("goal_distance", "goal_yaw") for row in certificate.failures):
         return None
     from rollgait.diagnosis.entry import diagnose
 
-    with Progress(quiet) as progress:
-        return diagnose(scenario, kernels=kernels, progress=progress)
+    with SolverLine(quiet) as progress:
+        return diagnose(scenario, kernels=kernels, progress=progress, seconds=seconds)
 
 
 def _target(path: Path) -> Path:

@@ -8,7 +8,6 @@ from typing import Annotated
 import typer
 
 from rollgait.cli.arguments import PlanFile
-from rollgait.plan.plan import Plan
 
 
 def plot(
@@ -22,9 +21,11 @@ def plot(
     style: Annotated[str, typer.Option(metavar="NAME", help="screen or paper.")] = "screen",
 ) -> None:
     """Draw the figures of a plan: paths, forces, base pose, wheels, gait."""
+    from rollgait.plan.plan import Plan
+
     plan = Plan.load(plan_file)
     folder = out or Path(f"{plan_file.stem}-figures")
-    from rollgait.view.figures import save_figures  # loads Matplotlib
+    from rollgait.view.figures import save_figures  # loads Matplotlib: only once the plan is known to be one
 
     for path in save_figures(plan, folder, formats=tuple(formats or ["png"]), style=style):
         print(path)

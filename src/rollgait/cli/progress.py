@@ -5,11 +5,11 @@ from __future__ import annotations
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from rich.status import Status
-
-from rollgait.cli.output import ERRORS, number
+from rollgait.cli.output import console_of_stderr, number
 
 if TYPE_CHECKING:
+    from rich.status import Status
+
     from rollgait.solvers import Iteration
 
 
@@ -17,8 +17,9 @@ class StatusLine:
     """Shows one line, and then another in its place; nothing if stderr is not a terminal."""
 
     def __init__(self, text: str, quiet: bool = False) -> None:
-        shown = ERRORS.is_terminal and not quiet
-        self._status: Status | None = ERRORS.status(text) if shown else None
+        self._status: Status | None = None
+        if not quiet and (console := console_of_stderr()).is_terminal:
+            self._status = console.status(text)
 
     def __enter__(self) -> Self:
         if self._status is not None:
@@ -37,7 +38,7 @@ class StatusLine:
             self._status.update(text)
 
 
-class Progress(StatusLine):
+class SolverLine(StatusLine):
     """Shows each iteration of the solver that it is called with."""
 
     def __init__(self, quiet: bool = False) -> None:

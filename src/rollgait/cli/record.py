@@ -27,7 +27,7 @@ def record(
     """
     target = out or Path(f"{file.name.removesuffix('.npz')}.html")
     check_recording(target, "out")
-    from rollgait.view.clip import open_clip
+    from rollgait.view.opening import open_clip
 
     clip = open_clip(file)
     ghost = None if compare is None else open_clip(compare)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rollgait.cli.output import number, print_table
-from rollgait.plan.plan import Plan, Statistics
 
 if TYPE_CHECKING:
     from rollgait.plan.certificate import Certificate
+    from rollgait.plan.plan import Plan, Statistics
 
 
 def print_plan(plan: Plan, name: str) -> None:
@@ -17,7 +17,8 @@ def print_plan(plan: Plan, name: str) -> None:
     steps = sum(1 for _ in plan.schedule.swings())
     what = f"{plan.robot.name}, {plan.horizon:g} s, {steps} steps, profile {plan.scenario.profile}"
     print(f"{name}: {what}\n")
-    times = f"{s.solve_time:.2f} s to solve, {s.build_time:.2f} s to build"
+    parts = ", ".join(f"{name} {seconds:.2f}" for name, seconds in s.seconds.items() if seconds >= 0.005)
+    times = f"{s.wall_time:.2f} s: {parts}"
     size = f"{s.variables} variables, {s.constraints} constraints"
     print_table(
         [
@@ -29,8 +30,8 @@ def print_plan(plan: Plan, name: str) -> None:
     if len(s.starts) > 1:
         _print_starts(s)
     print("\ncost")
-    parts = [(term, number(cost, 4)) for term, cost in s.costs.items()]
-    print_table([*parts, ("total", number(s.cost, 4))], right=[1])
+    costs = [(term, number(cost, 4)) for term, cost in s.costs.items()]
+    print_table([*costs, ("total", number(s.cost, 4))], right=[1])
 
 
 def _print_starts(statistics: Statistics) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rollgait.cli.arguments import AsJson, Profile, ScenarioName, Settings, scenario_with
 from rollgait.cli.output import print_json
-from rollgait.cli.progress import Progress
+from rollgait.cli.progress import SolverLine
 from rollgait.cli.report import print_certificate, print_plan
 from rollgait.cli.simulate import (
     Feedback,
@@ -28,9 +28,11 @@ from rollgait.cli.simulate import (
 from rollgait.cli.track import print_tracking
 from rollgait.errors import NotSolvedError
 from rollgait.files import check_writable
-from rollgait.plan.plan import Plan
-from rollgait.simulation import SimulationLog, simulate
-from rollgait.tracking import JointTrajectory, track
+
+if TYPE_CHECKING:
+    from rollgait.plan.plan import Plan
+    from rollgait.simulation import SimulationLog
+    from rollgait.tracking import JointTrajectory
 
 PLAN, JOINTS, LOG, REPORT, VIDEO = "plan.npz", "joints.npz", "simulation.npz", "report.html", "film.mp4"
 """Names of the files in the folder."""
@@ -72,9 +74,11 @@ def run(
 
         check_video(folder / VIDEO)
     from rollgait.planner import plan as make_plan
+    from rollgait.simulation import simulate
+    from rollgait.tracking import track
 
     try:
-        with Progress(quiet=as_json) as progress:
+        with SolverLine(quiet=as_json) as progress:
             plan = make_plan(asked, progress=progress)
     except NotSolvedError as error:
         if error.plan is not None:

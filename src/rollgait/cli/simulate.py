@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
-from rollgait.archive import kind_of
 from rollgait.cli.arguments import AsJson
+from rollgait.cli.motion_file import load_motion
 from rollgait.cli.output import MILLI, number, print_json, print_table
-from rollgait.errors import FileError
 from rollgait.files import check_writable
-from rollgait.plan.plan import Plan
-from rollgait.robot.robot import LEG_NAMES
-from rollgait.robot.whole_body import WholeBody, find_whole_body, load_whole_body
-from rollgait.simulation import Disturbances, Payload, Push, SimulationLog, SimulationReport
-from rollgait.simulation import simulate as simulate_motion
-from rollgait.simulation.disturbances import parse_quantity
-from rollgait.tracking import JointTrajectory
+
+if TYPE_CHECKING:
+    from rollgait.robot.whole_body import WholeBody
+    from rollgait.simulation import Disturbances, SimulationLog, SimulationReport
 
 MOST_USED = 3
 """Number of joints whose torques are shown."""
@@ -93,6 +89,8 @@ def simulate(
         from rollgait.simulation.viewer import check_viewer
 
         check_viewer()
+    from rollgait.simulation import simulate as simulate_motion
+
     planned = load_motion(motion)
     log = simulate_motion(
         planned, given, feedback=feedback, wheels=wheels, force=force, whole_body=whole_body
@@ -125,6 +123,8 @@ def disturbances_from(
     slope: str | None,
 ) -> Disturbances:
     """The disturbances that the options of the command line ask for. Raises `InputError`."""
+    from rollgait.plant.disturbances import Disturbances, Payload, Push, parse_quantity
+
     values: dict[str, object] = {"pushes": tuple(Push.parse(text) for text in push or ())}
     if payload is not None:
         values["payload"] = Payload.parse(payload)
@@ -138,19 +138,6 @@ def disturbances_from(
         if text is not None:
             values[name] = parse_quantity(option, text)
     return Disturbances(**values)  # type: ignore[arg-type]  # the model checks them
-
-
-def load_motion(path: Path) -> Plan | JointTrajectory:
-    """The plan or the joint trajectory in a file. Raises `FileError`."""
-    kinds: dict[str, type[Plan] | type[JointTrajectory]] = {
-        "rollgait-plan": Plan,
-        "rollgait-joints": JointTrajectory,
-    }
-    rule = "is neither a plan nor a joint trajectory that rollgait saved"
-    found = kinds.get(kind_of(path, rule))
-    if found is None:
-        raise FileError("file", str(path), rule)
-    return found.load(path)
 
 
 def conditions(given: Disturbances) -> str:
@@ -177,10 +164,10 @@ def summary_rows(report: SimulationReport) -> list[tuple[str, str, str]]:
     return [
         ("final place", number(MILLI * report.final_distance), "mm from the plan in the ground plane"),
         ("final height", number(MILLI * report.final_height), "mm above the plan"),
-        ("final angle", number(np.degrees(report.final_angle)), "deg from the plan"),
-        ("of it yaw", number(np.degrees(report.final_yaw)), "deg"),
-        ("tilt, largest", number(np.degrees(report.tilt)), "deg from upright"),
-        ("tilt error", number(np.degrees(report.tilt_error)), "deg from the plan, largest"),
+        ("final angle", number(math.degrees(report.final_angle)), "deg from the plan"),
+        ("of it yaw", number(math.degrees(report.final_yaw)), "deg"),
+        ("tilt, largest", number(math.degrees(report.tilt)), "deg from upright"),
+        ("tilt error", number(math.degrees(report.tilt_error)), "deg from the plan, largest"),
         ("CoM, rms", number(MILLI * report.com_rms), "mm from the plan"),
         ("CoM, largest", number(MILLI * report.com_worst), "mm"),
         ("slip, median", number(MILLI * report.slip_p50), "mm/s of loaded feet"),
@@ -193,12 +180,14 @@ def verdict(report: SimulationReport) -> str:
     """One sentence: what became of the robot."""
     if report.fallen:
         return f"the robot falls after {number(report.fallen_at)} s"
-    place, angle = number(MILLI * report.final_distance), number(abs(np.degrees(report.final_angle)))
+    place, angle = number(MILLI * report.final_distance), number(abs(math.degrees(report.final_angle)))
     return f"the robot stays on its feet and ends {place} mm and {angle} degrees from the plan"
 
 
 def print_simulation(report: SimulationReport) -> None:
     """The report for a person."""
+    from rollgait.robot.robot import LEG_NAMES
+
     print_table(summary_rows(report), right=[1])
     print("\ncontact forces, rms")
     rows = [("leg", "measured − planned", "planned", "unit")]
@@ -229,4 +218,6 @@ def _write(log: SimulationLog, record: Path | None, video: Path | None, whole_bo
 
 def body_of(log: SimulationLog, whole_body: Path | None) -> WholeBody:
     """The whole body that was simulated."""
+    from rollgait.robot.whole_body import find_whole_body, load_whole_body
+
     return find_whole_body(log.robot) if whole_body is None else load_whole_body(whole_body)

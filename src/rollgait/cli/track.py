@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rollgait.cli.arguments import AsJson, PlanFile, rate_from
 from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.files import check_writable
-from rollgait.plan.plan import Plan
-from rollgait.tracking import TrackingReport
-from rollgait.tracking import track as track_plan
+
+if TYPE_CHECKING:
+    from rollgait.tracking import TrackingReport
 
 
 def track(
@@ -38,6 +38,9 @@ def track(
     Exit status: 0 if the whole body follows the plan within 1 mm, 0.5 degrees and its limits, 1 otherwise
     (what was found is still written) or if the plan is not certified, 2 wrong input.
     """
+    from rollgait.plan.plan import Plan
+    from rollgait.tracking import track as track_plan
+
     per_second = rate_from(rate)
     target = out or Path(f"{plan_file.stem}.joints.npz")
     check_writable(target)

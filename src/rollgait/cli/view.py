@@ -35,13 +35,14 @@ def view(
     """
     number = port_from(port)
     need_view("the viewer")
+    from rollgait.view.gate.access import is_loopback
     from rollgait.view.viewer import view as open_view
 
     viewer = open_view(file, compare, host=host, port=number)
     print(f"{viewer.clip.name}: {viewer.clip.verdict}")
     print(f"open {viewer.url} in a browser; Ctrl-C ends")
-    if host not in (LOOPBACK, "localhost", "::1"):
-        print(f"note: whoever reaches {host} sees this motion and can plan with this machine")
+    if not is_loopback(host):
+        print("note: whoever knows this address sees this motion and can plan with this machine")
     try:
         threading.Event().wait()
     except KeyboardInterrupt:

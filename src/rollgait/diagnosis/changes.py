@@ -13,7 +13,7 @@ from rollgait.diagnosis.elastic import Finding, Missed
 from rollgait.ocp.goal import GoalPlace, GoalYaw
 from rollgait.plan.certificate.tolerances import GOAL_DISTANCE
 from rollgait.robot.robot import LEG_NAMES
-from rollgait.scenario.gait import Crawl, Schedule
+from rollgait.scenario.gait import Schedule, SteppingGait
 from rollgait.scenario.scenario import Goal, LaterGoal, Scenario, Start
 
 MARGIN = 1.1
@@ -51,6 +51,12 @@ def candidates(scenario: Scenario, finding: Finding) -> Iterator[Candidate]:
         variants = tuple(make(scenario, finding))
         if variants:
             yield Candidate(make.__name__.strip("_"), variants, make is _wider_limits)
+
+
+def next_steps(scenario: Scenario, finding: Finding) -> Iterator[Candidate]:
+    """Changes that may help a search that fails although nothing is in its way, or nothing else helps."""
+    yield Candidate("finer", tuple(_finer(scenario)))
+    yield Candidate("longer", tuple(_longer(scenario, finding))[:2])
 
 
 # -- the goal ----------------------------------------------------------------------------------------------
@@ -109,15 +115,20 @@ def _longer(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]
         yield f"a longer horizon: {horizon:g} s instead of {scenario.horizon:g} s", change
 
 
+def _finer(scenario: Scenario) -> Iterator[tuple[str, Change]]:
+    half = float(f"{0.5 * scenario.interval:.3g}")
+    yield f"a finer mesh: intervals of {half:g} s instead of {scenario.interval:g} s", {"interval": half}
+
+
 def _fewer_steps(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]:
     gait = scenario.gait
-    if isinstance(gait, Crawl) and gait.steps > len(gait.order):
-        steps = max(len(gait.order), gait.steps // 2)
+    if isinstance(gait, SteppingGait) and gait.steps > len(gait.groups):
+        steps = max(len(gait.groups), gait.steps // 2)
         yield f"a slower gait: {steps} steps instead of {gait.steps}", {"gait.steps": steps}
 
 
 def _lower_steps(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]:
-    clearance = scenario.gait.clearance
+    clearance = scenario.clearance
     if any(True for _ in scenario.schedule.swings()):
         half = round(0.5 * clearance, 3)
         yield f"lower steps: {half:g} m instead of {clearance:g} m", {"gait.clearance": half}
@@ -160,15 +171,13 @@ def _wider_limits(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, C
     if len(terms) != 1:
         return
     (term,) = terms
-    maker = _LIMITS.get(term)
-    if maker is not None:
+    own = next((known for known in finding.problem.constraints if known.name == term), None)
+    if (maker := _LIMITS.get(term)) is not None:
         yield from maker(scenario, finding)
-    elif term not in scenario.bounds.without and term not in _KEPT:
+    elif own is not None and own.bound is not None:
+        yield from _of_bound(*own.bound, own.unit, scenario, finding)
+    elif term not in scenario.bounds.without and not (own is not None and own.keeps):
         yield f"without the constraint {term}", {"bounds.without": [*scenario.bounds.without, term]}
-
-
-_KEPT = frozenset({"reach", "steering", "stance_at_end", "rest_at_end", "height_at_end"})
-"""Terms that no number of the scenario widens, and that are not to be left out."""
 
 
 def _worst(finding: Finding) -> float:
@@ -176,19 +185,15 @@ def _worst(finding: Finding) -> float:
 
 
 def _of_bound(
-    name: str, words: str, unit: str
-) -> Callable[[Scenario, Finding], Iterator[tuple[str, Change]]]:
+    name: str, words: str, unit: str, scenario: Scenario, finding: Finding
+) -> Iterator[tuple[str, Change]]:
     """Makes a bound larger; as far as the robot's own limit, which may be smaller."""
-
-    def make(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]:
-        own = scenario.value_of("bounds", name)
-        most = min((getattr(leg, name, np.inf) for leg in scenario.body.leg_list), default=np.inf)
-        for strength in STRONGER:
-            value = min(most, _rounded_up(own + strength * MARGIN * _worst(finding)))
-            if value > own:
-                yield f"{words}: {value:g} {unit} instead of {own:g} {unit}", {f"bounds.{name}": value}
-
-    return make
+    own = scenario.value_of("bounds", name)
+    most = min((getattr(leg, name, np.inf) for leg in scenario.body.leg_list), default=np.inf)
+    for strength in STRONGER:
+        value = min(most, _rounded_up(own + strength * MARGIN * _worst(finding)))
+        if value > own:
+            yield f"{words}: {value:g} {unit} instead of {own:g} {unit}", {f"bounds.{name}": value}
 
 
 def _friction(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]:
@@ -205,11 +210,11 @@ def _friction(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Chang
 def _needed_friction(finding: Finding) -> float:
     """The largest ratio of tangential to normal force of the elastic motion, where friction is missed."""
     assert finding.motion is not None
-    h = finding.problem.schedule.interval
+    middles = finding.problem.schedule.mesh.middles
     ratio = 0.0
     for item in finding.missed:
-        time, leg = (item.origin.interval + 0.5) * h, item.origin.label.leg
-        force = finding.motion.sample(np.array([time]), finding.problem.robot).force[0, leg]
+        k, leg = item.origin.interval, item.origin.label.leg
+        force = finding.motion.sample(middles[k : k + 1], finding.problem.robot).force[0, leg]
         ratio = max(ratio, float(np.hypot(*force[:2])) / max(float(force[2]), 1e-9))
     return ratio
 
@@ -242,13 +247,14 @@ def _box(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]:
 
 def _acceleration(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]:
     """Limits of feet on the ground and of feet that swing or just landed, each by what it was missed by."""
-    contact, h = scenario.schedule.contact, scenario.schedule.interval
+    schedule = finding.problem.schedule
+    contact, h = schedule.contact, schedule.mesh.between_middles
     worst: dict[str, float] = {}
     for item in finding.missed:
         leg, k = item.origin.label.leg, item.origin.interval
         stays = leg is not None and contact[leg, k] and (k == 0 or contact[leg, k - 1])
         name = "acceleration_max" if stays else "swing_acceleration_max"
-        worst[name] = max(worst.get(name, 0.0), item.excess / h)
+        worst[name] = max(worst.get(name, 0.0), item.excess / float(h[k]))
     for strength in STRONGER:
         change: Change = {}
         words = []
@@ -279,10 +285,6 @@ _LIMITS: Mapping[str, Callable[[Scenario, Finding], Iterator[tuple[str, Change]]
     "friction": _friction,
     "joint_steering": _joint_margin,
     "level_at_end": _level,
-    "stance_speed": _of_bound("speed_max", "faster wheels", "m/s"),
-    "steering_rate": _of_bound("steering_rate_max", "faster steering", "rad/s"),
-    "swing_speed": _of_bound("swing_speed_max", "faster swings", "m/s"),
-    "touchdown_speed": _of_bound("touchdown_speed", "faster touch-downs", "m/s"),
 }
 
 
@@ -298,4 +300,4 @@ def _vector(values: Any) -> str:
     return "[" + ", ".join(f"{value:g}" for value in values) + "]"
 
 
-__all__ = ["Candidate", "Missed", "candidates"]
+__all__ = ["Candidate", "Missed", "candidates", "next_steps"]

@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.diagnosis.budget import Budget
 from rollgait.ocp.goal import GoalPlace, GoalYaw
 from rollgait.ocp.problem import Problem, make_problem
-from rollgait.ocp.term import Term
+from rollgait.ocp.term import Role, Term
 from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.trajectory import Trajectory
 from rollgait.scenario.scenario import Scenario
 from rollgait.solvers import Progress
+from rollgait.solvers.code_store import store_for
 from rollgait.solvers.ipopt import Ipopt
-from rollgait.solvers.kernels import compiled
 from rollgait.transcription import transcribe
 from rollgait.transcription.elastic import ElasticNlp
 from rollgait.transcription.guess import kinematic_guess
@@ -25,10 +26,6 @@ from rollgait.transcription.nlp import RowOrigin
 
 Array = NDArray[np.float64]
 
-HARD = frozenset({"dynamics", "stance_height", "stance_motion", "swing_force", "clearance", "ground"})
-"""Terms that always hold: to give them up would not be a motion of this robot on this ground."""
-ENDS = frozenset({"rest_at_end", "wheels_rest_at_end", "stance_at_end", "height_at_end", "level_at_end"})
-GOAL = frozenset({GoalPlace.name, GoalYaw.name})
 USUAL_MISS = {"m": 0.02, "m²": 0.02, "rad": 0.05, "m/s": 0.05, "rad/s": 0.2}
 """By the unit of a constraint: what counts as much as a usual miss of another unit."""
 USUAL_MISS_FORCE = 0.05
@@ -48,6 +45,7 @@ NEGLIGIBLE = 0.02
 """Slack, in usual misses, that is left over by the solver's tolerance."""
 TRIED_ALONE = 2
 """How many terms are tried as the only reason, the most missed first."""
+LOOKING = "looking for the reason"
 OPTIONS: dict[str, Any] = {"ipopt.max_iter": 100, "ipopt.tol": 1e-4}
 
 
@@ -86,47 +84,42 @@ def is_goal_promised(scenario: Scenario) -> bool:
 
 
 def find_missed(
-    scenario: Scenario, terms: Sequence[Term], kernels: bool, progress: Progress | None
+    scenario: Scenario, terms: Sequence[Term], kernels: bool, progress: Progress | None, budget: Budget
 ) -> Finding:
-    """The smallest set of constraints that stand in the way of the scenario, or of its goal."""
-    search = _Search(scenario, terms, kernels, progress)
+    """The smallest set of constraints that stand in the way of the scenario, or of its goal.
+
+    When the budget is spent, it is the set that was found until then.
+    """
+    search = _Search(scenario, terms, kernels, progress, budget)
     if search.contradictions:
         return Finding(search.problem, search.contradictions)
-    search.solve(_prices(PRICE_OF_GOAL))
-    if not search.totals(without=GOAL):
+    search.solve(search.prices(PRICE_OF_GOAL), "with the goal almost free")
+    if not search.totals(without_goal=True):
         goal_misses = search.goal_misses()
         if not goal_misses:
             return Finding(search.problem, (), search.motion(), search.motion())
         kept = search.motion()
         # the goal is out of reach: now it is demanded
-        search.solve(_prices(HIGH_PRICE))
+        search.solve(search.prices(HIGH_PRICE), "with the goal demanded")
         search.narrow(HIGH_PRICE)
         return Finding(search.problem, search.missed(), search.motion(), kept, goal_misses)
     search.narrow(PRICE_OF_GOAL)
-    return Finding(search.problem, search.missed(without=GOAL), search.motion())
-
-
-def _prices(of_goal: float, alone: str | None = None) -> Callable[[RowOrigin], float]:
-    """Prices of constraints; all but one term are dear if that is named."""
-
-    def price(origin: RowOrigin) -> float:
-        label = origin.label
-        if label.term in GOAL:
-            return of_goal
-        own = PRICE_OF_END if label.term in ENDS else 1.0
-        return own * (1.0 if alone in (None, label.term) else HIGH_PRICE)
-
-    return price
+    return Finding(search.problem, search.missed(without_goal=True), search.motion())
 
 
 class _Search:
     """The elastic problem and its latest solution."""
 
     def __init__(
-        self, scenario: Scenario, terms: Sequence[Term], kernels: bool, progress: Progress | None
+        self,
+        scenario: Scenario,
+        terms: Sequence[Term],
+        kernels: bool,
+        progress: Progress | None,
+        budget: Budget,
     ) -> None:
         self.problem = make_problem(scenario, terms)
-        self._progress = progress
+        self._progress, self._budget = progress, budget
         promised = is_goal_promised(scenario)
         softer = {
             f"weights.{name}": SOFT_GOAL
@@ -137,12 +130,13 @@ class _Search:
         if promised:
             goal = [GoalPlace(0.5 * tol.GOAL_DISTANCE), GoalYaw(0.5 * np.radians(tol.GOAL_YAW))]
         soft = make_problem(scenario.with_values(softer), [*terms, *goal])
-        self._transcribed = transcribe("condensed", soft, compiled if kernels else None)
+        self._roles = {term.name: term.role for term in soft.constraints}
+        self._transcribed = transcribe("condensed", soft, store_for(kernels))
         nlp = self._transcribed.nlp
         contradictions = [
             Missed(origin, excess * origin.label.scale) for origin, excess in nlp.contradictions
         ]
-        soft_ones = [item for item in contradictions if item.origin.label.term not in HARD]
+        soft_ones = [item for item in contradictions if self._role(item.origin) is not Role.PHYSICS]
         self.contradictions = tuple(soft_ones or contradictions)  # the others only follow from these
         if self.contradictions:
             return
@@ -150,18 +144,37 @@ class _Search:
         self._solver = Ipopt(self._elastic, OPTIONS)
         self._x = self._elastic.start(self._transcribed.encode(kinematic_guess(soft)))
 
+    def _role(self, origin: RowOrigin) -> Role:
+        """What a row is to the motion; those of the transcription itself are physics."""
+        return self._roles.get(origin.label.term, Role.PHYSICS)
+
+    def prices(self, of_goal: float, alone: str | None = None) -> Callable[[RowOrigin], float]:
+        """Prices of constraints; all but one term are dear if that is named."""
+
+        def price(origin: RowOrigin) -> float:
+            role = self._role(origin)
+            if role is Role.GOAL:
+                return of_goal
+            own = PRICE_OF_END if role is Role.END else 1.0
+            return own * (1.0 if alone in (None, origin.label.term) else HIGH_PRICE)
+
+        return price
+
     def _usual_miss(self, origin: RowOrigin) -> float | None:
         label = origin.label
-        if label.term in HARD:
+        if self._role(origin) is Role.PHYSICS:
             return None
         if label.unit == "N":
             return USUAL_MISS_FORCE * self.problem.robot.weight / label.scale
         return USUAL_MISS.get(label.unit, USUAL_MISS_OTHER) / label.scale
 
-    def solve(self, price: Callable[[RowOrigin], float]) -> None:
-        """Solves with other prices, from the latest solution."""
+    def solve(self, price: Callable[[RowOrigin], float], how: str) -> None:
+        """Solves with other prices, from the latest solution, as far as the budget goes."""
+        if self._budget.is_spent():
+            return
         self._elastic.prices = np.array([price(origin) for origin in self._elastic.slack_origins])
-        self._x = self._solver.solve(self._x, self._progress).w
+        report = self._budget.counting(f"{LOOKING} {how}", self._progress)
+        self._x = self._solver.solve(self._x, report, **self._budget.limits).w
 
     @property
     def _slacks(self) -> list[tuple[RowOrigin, float, float]]:
@@ -175,38 +188,43 @@ class _Search:
             if value > NEGLIGIBLE
         ]
 
-    def totals(self, without: frozenset[str] = frozenset()) -> dict[str, float]:
+    def totals(self, without_goal: bool = False) -> dict[str, float]:
         """Sum of the slacks of each term, the largest first."""
         result: dict[str, float] = {}
         for origin, value, _ in self._slacks:
-            if origin.label.term not in without:
+            if not (without_goal and self._role(origin) is Role.GOAL):
                 result[origin.label.term] = result.get(origin.label.term, 0.0) + value
         return dict(sorted(result.items(), key=lambda item: -item[1]))
 
     def goal_misses(self) -> dict[tuple[str, int], float]:
         """By how much x, y (component 0, 1 of the place) and yaw miss their tolerance."""
-        return {(o.label.term, o.label.component): e for o, _, e in self._slacks if o.label.term in GOAL}
+        return {
+            (o.label.term, o.label.component): e for o, _, e in self._slacks if self._role(o) is Role.GOAL
+        }
 
     def narrow(self, price_of_goal: float) -> None:
         """Looks for fewer terms: whether one alone, the others being dear, is reason enough."""
-        totals = self.totals(without=GOAL)
+        totals = self.totals(without_goal=True)
         if len(totals) <= 1:
             return
         before = self._x
         best, fewest = before, len(totals)
         for alone in list(totals)[:TRIED_ALONE]:
             self._x = before
-            self.solve(_prices(price_of_goal, alone))
-            count = len(self.totals(without=GOAL))
+            self.solve(self.prices(price_of_goal, alone), f"in {alone} alone")
+            if self._budget.is_spent():
+                break
+            count = len(self.totals(without_goal=True))
             if 0 < count < fewest:
                 best, fewest = self._x, count
             if fewest == 1:
                 break
         self._x = best
 
-    def missed(self, without: frozenset[str] = frozenset()) -> tuple[Missed, ...]:
+    def missed(self, without_goal: bool = False) -> tuple[Missed, ...]:
         """The constraints that are missed."""
-        return tuple(Missed(o, e) for o, _, e in self._slacks if o.label.term not in without)
+        kept = (x for x in self._slacks if not (without_goal and self._role(x[0]) is Role.GOAL))
+        return tuple(Missed(origin, excess) for origin, _, excess in kept)
 
     def motion(self) -> Trajectory:
         """The motion of the latest solution."""

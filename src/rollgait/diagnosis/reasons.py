@@ -6,31 +6,11 @@ from collections.abc import Sequence
 
 from rollgait.diagnosis.elastic import Missed
 from rollgait.diagnosis.report import Reason
+from rollgait.ocp.goal import GoalPlace, GoalYaw
 from rollgait.ocp.problem import Problem
-from rollgait.ocp.term import Place
+from rollgait.ocp.term import Place, SelfDescribing
 from rollgait.robot.robot import LEG_NAMES
 
-DESCRIPTIONS = {
-    "acceleration": "the foot would have to change its speed faster",
-    "box": "the foot would have to leave its box",
-    "force_limits": "the normal force would have to leave its limits",
-    "friction": "the contact force would have to leave the friction cone",
-    "goal_distance": "the goal would not be reached",
-    "goal_yaw": "the goal would not be reached",
-    "height_at_end": "the body would not end at its nominal height",
-    "joint_steering": "hip_yaw or the steering joint would have to leave its range",
-    "level_at_end": "the base would not end level and at rest",
-    "reach": "the leg would have to be stretched or folded further",
-    "rest_at_end": "the body would not end at rest",
-    "stance_at_end": "the foot would not end at its nominal place",
-    "stance_speed": "the wheel would have to roll faster",
-    "steering": "the wheel would have to steer further",
-    "steering_rate": "the wheel would have to steer faster",
-    "swing_speed": "the foot would have to swing faster",
-    "touchdown_speed": "the foot would have to be set down faster",
-    "wheels_rest_at_end": "the wheel would not end at rest",
-}
-"""What would have to happen, by term."""
 FAINT = 0.02
 """Part of a reason's worst miss below which its time span does not count it."""
 
@@ -51,12 +31,12 @@ def _reason(problem: Problem, items: Sequence[Missed]) -> Reason:
     worst = max(items, key=lambda item: item.excess)
     label = worst.origin.label
     excess, unit = worst.excess, label.unit
-    if label.term == "acceleration":  # a row is the change of speed in an interval
-        excess, unit = excess / problem.schedule.interval, "m/s²"
+    if label.term == "acceleration":  # a row is the change of speed from one interval to the next
+        excess, unit = excess / float(problem.schedule.mesh.between_middles[worst.origin.interval]), "m/s²"
     spans = [_span(problem, item) for item in items if item.excess > FAINT * worst.excess]
     return Reason(
         term=label.term,
-        description=DESCRIPTIONS.get(label.term, "the constraint would have to be missed"),
+        description=_sentence(problem, label.term),
         leg=None if label.leg is None else LEG_NAMES[label.leg],
         begin=min(begin for begin, _ in spans),
         end=max(end for _, end in spans),
@@ -65,9 +45,17 @@ def _reason(problem: Problem, items: Sequence[Missed]) -> Reason:
     )
 
 
+def _sentence(problem: Problem, name: str) -> str:
+    """What a constraint of this name says of itself; the goal's are none of the scenario's own problem."""
+    for term in (*problem.constraints, GoalPlace(0.0), GoalYaw(0.0)):
+        if term.name == name:
+            return term.sentence
+    return SelfDescribing.sentence
+
+
 def _span(problem: Problem, item: Missed) -> tuple[float, float]:
     """When a row holds: in all its interval, or at one of its ends, s."""
-    h, k, place = problem.schedule.interval, item.origin.interval, item.origin.label.place
+    k, place, nodes = item.origin.interval, item.origin.label.place, problem.schedule.node_times
     if place == Place.TERMINAL.name:
         return problem.schedule.horizon, problem.schedule.horizon
-    return round(k * h, 9), round((k + 1) * h, 9)
+    return round(float(nodes[k]), 9), round(float(nodes[k + 1]), 9)

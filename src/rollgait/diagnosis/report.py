@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import asdict, dataclass, field
+from typing import Any, Final
+
+OPTIONS: Final = {"multistart": "starts"}
+"""Options of `rollgait plan` by their names as arguments of `rollgait.plan`."""
 
 
 @dataclass(frozen=True)
@@ -37,11 +40,13 @@ class Suggestion:
         change: values by dotted key, as `Scenario.with_values` takes them.
         text: the change in words.
         verified: whether the changed scenario was solved.
+        arguments: of `rollgait.plan`, where it is planned another way; `multistart`, the number of starts.
     """
 
     change: dict[str, Any]
     text: str
     verified: bool
+    arguments: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -51,11 +56,16 @@ class Diagnosis:
     Attributes:
         reasons: the smallest set of constraints that was found to stand in the way, the worst first; empty
             if the constraints do not contradict each other.
-        suggestions: single changes, each of which makes the scenario solvable.
+        suggestions: single changes, each of which makes the scenario solvable; if none was found, next steps
+            that there was no time to try: they are not `verified`.
+        failed: what was tried and does not help, in words.
+        complete: whether the search came to its end before its budget did.
     """
 
     reasons: tuple[Reason, ...] = ()
     suggestions: tuple[Suggestion, ...] = ()
+    failed: tuple[str, ...] = ()
+    complete: bool = True
 
     def to_dict(self) -> dict[str, Any]:
         """The diagnosis as plain data."""
@@ -65,15 +75,21 @@ class Diagnosis:
         lines = ["in the way:"] if self.reasons else ["no constraint is in the way: a motion keeps them all"]
         lines += _aligned([_cells(reason) for reason in self.reasons])
         if self.suggestions:
-            lines.append("any one of these makes it solvable:" if self._all_verified else "worth a try:")
-            lines += _aligned([(s.text, _settings(s.change)) for s in self.suggestions])
+            lines.append("any one of these makes it solvable:" if self._any_verified else "worth a try:")
+            lines += _aligned([(s.text, _settings(s)) for s in self.suggestions])
         elif self.reasons:
             lines.append("no single change was found that makes it solvable")
+        if self.failed and not self._any_verified:
+            lines += ["tried, and does not help:", *(f"  {text}" for text in self.failed)]
+        if not self.complete:
+            lines.append(
+                "the time for looking was up before all was tried: give it more by --diagnose-seconds"
+            )
         return "\n".join(lines)
 
     @property
-    def _all_verified(self) -> bool:
-        return all(suggestion.verified for suggestion in self.suggestions)
+    def _any_verified(self) -> bool:
+        return any(suggestion.verified for suggestion in self.suggestions)
 
 
 def _cells(reason: Reason) -> tuple[str, ...]:
@@ -84,8 +100,10 @@ def _cells(reason: Reason) -> tuple[str, ...]:
     return reason.term, reason.leg or "", span, amount, reason.description
 
 
-def _settings(change: dict[str, Any]) -> str:
-    return "  ".join(f"--set {key}={_value(value)}" for key, value in change.items())
+def _settings(suggestion: Suggestion) -> str:
+    settings = [f"--set {key}={_value(value)}" for key, value in suggestion.change.items()]
+    options = [f"--{OPTIONS[name]} {value}" for name, value in suggestion.arguments.items()]
+    return "  ".join(settings + options)
 
 
 def _value(value: Any) -> str:

@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 
+from rollgait.diagnosis.budget import Budget
 from rollgait.diagnosis.elastic import is_goal_promised
 from rollgait.errors import RollgaitError
 from rollgait.ocp.problem import Problem, make_problem
@@ -16,10 +17,10 @@ from rollgait.plan.samples import Samples
 from rollgait.plan.trajectory import Trajectory
 from rollgait.scenario.scenario import Scenario
 from rollgait.solvers import Iteration, Progress, make_solver
-from rollgait.solvers.kernels import compiled
+from rollgait.solvers.code_store import store_for
 from rollgait.transcription import transcribe
 from rollgait.transcription.base import Transcribed
-from rollgait.transcription.guess import kinematic_guess
+from rollgait.transcription.guess import MotionGuess, kinematic_guess
 
 MAX_ITERATIONS = 80
 """Of one attempt: what is solvable is solved in some dozen."""
@@ -37,23 +38,28 @@ def is_solvable(
     scenario: Scenario,
     terms: Sequence[Term],
     kernels: bool,
-    progress: Progress | None = None,
-    near: Trajectory | None = None,
+    progress: Progress,
+    budget: Budget,
+    near: Trajectory | MotionGuess | None = None,
+    to_goal: bool = False,
 ) -> bool:
-    """Whether the scenario is solved, and reaches its goal if it promises that.
+    """Whether the scenario is solved within the budget, and reaches its goal if it promises that.
 
     Args:
         scenario: what is asked.
         terms: further terms of the problem.
         kernels: whether to use compiled stage functions.
         progress: is called after each iteration.
-        near: a motion that nearly keeps the constraints, to start from; the kinematic guess if not given.
+        budget: what may be spent.
+        near: a motion to start from, e.g. one that nearly keeps the constraints; the kinematic guess if not
+            given.
+        to_goal: whether it must reach its goal even if it does not promise that.
     """
     try:
         problem = make_problem(scenario, terms)
     except RollgaitError:
         return False
-    transcribed = transcribe("condensed", problem, compiled if kernels else None)
+    transcribed = transcribe("condensed", problem, store_for(kernels))
     if transcribed.nlp.contradictions:
         return False
     solver = make_solver("fatrop", transcribed, kernels)
@@ -67,15 +73,18 @@ def is_solvable(
         stagnates = least > SMALL_VIOLATION and iteration.number > least_at + PATIENCE
         if stagnates or iteration.number > MAX_ITERATIONS:
             raise _GaveUpError
-        if progress is not None:
-            progress(iteration)
+        progress(iteration)
 
-    start = kinematic_guess(problem) if near is None else partial(_sampled, near, problem)
+    start: MotionGuess = kinematic_guess(problem)
+    if near is not None:
+        start = partial(_sampled, near, problem) if isinstance(near, Trajectory) else near
     try:
-        solution = solver.solve(transcribed.encode(start), report)
+        solution = solver.solve(transcribed.encode(start), report, **budget.limits)
     except _GaveUpError:
         return False
-    return solution.solved and (not is_goal_promised(scenario) or _reaches_goal(transcribed, solution.w))
+    if not solution.solved:
+        return False
+    return not (to_goal or is_goal_promised(scenario)) or _reaches_goal(transcribed, solution.w)
 
 
 def _sampled(motion: Trajectory, problem: Problem, times: np.ndarray) -> Samples:

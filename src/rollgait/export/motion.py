@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rollgait.errors import InputError
-from rollgait.plan.plan import Plan
+from rollgait.plan.plan import MAX_SAMPLES, Plan
 from rollgait.plan.samples import Array, Samples
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.tracking.joints import JointTrajectory
@@ -123,6 +123,9 @@ def _nearest(time: Array, rate: float) -> NDArray[np.intp]:
     """Samples of `time` nearest to a rate, each at most once, both ends included."""
     if not (math.isfinite(rate) and rate > 0.0):
         raise InputError("rate", rate, "must be a positive number of samples per second (Hz)")
+    if rate * (time[-1] - time[0]) > MAX_SAMPLES:
+        rule = f"must be at most {MAX_SAMPLES / (time[-1] - time[0]):.6g} Hz for so long a motion"
+        raise InputError("rate", rate, rule)
     wanted = np.append(np.arange(time[0], time[-1] - 1e-9, 1.0 / rate), time[-1])
     return np.unique(
         np.clip(np.round(np.interp(wanted, time, np.arange(len(time)))), 0, len(time) - 1)

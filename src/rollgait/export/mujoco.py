@@ -55,17 +55,13 @@ def write_mujoco(motion: Motion, path: Path, rate: float) -> Path:
 
 def depth_first(urdf: Urdf) -> list[str]:
     """Names of the moving joints of a URDF from its root outwards, each followed by what hangs on it."""
-    below: dict[str, list[tuple[str, str]]] = {}
-    for joint in urdf.joints.values():
-        below.setdefault(joint.parent, []).append((joint.name, joint.child))
-    children = {joint.child for joint in urdf.joints.values()}
     names: list[str] = []
-    waiting = [("", next(link for link in urdf.links if link not in children))]
+    waiting = [("", urdf.root_link)]
     while waiting:
         name, link = waiting.pop()
         if name and urdf.joints[name].kind != "fixed":
             names.append(name)
-        waiting += reversed(below.get(link, []))
+        waiting += [(joint.name, joint.child) for joint in reversed(urdf.children_of(link))]
     return names
 
 
