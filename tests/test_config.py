@@ -164,8 +164,17 @@ def test_a_list_has_places() -> None:
 
 def test_a_gait_is_chosen_by_its_name_or_its_kind() -> None:
     crawl = SCENARIO.with_values({"gait.clearance": 0.1})
-    assert crawl.with_values({"gait": "drive"}).gait.clearance == 0.08
+    assert crawl.with_values({"gait": "drive"}).gait.clearance is None
     assert crawl.with_values({"gait.kind": "drive"}).gait.clearance == 0.1
+
+
+def test_another_kind_of_gait_keeps_what_was_asked_and_no_default_of_the_old_one() -> None:
+    crawl = Scenario.from_dict({"robot": "centauro", "goal": {"x": 0.3}, "gait": "crawl"})
+    walk = crawl.with_values({"gait.kind": "walk"})
+    assert (crawl.gait.wheels, walk.gait.wheels) == ("rolling", "locked")
+    assert walk.with_values({"gait.kind": "trot"}).gait.wheels == "rolling"
+    assert walk.with_values({"gait.wheels": "rolling"}).gait.wheels == "rolling"
+    assert crawl.with_values({"gait.wheels": "locked", "gait.kind": "trot"}).gait.wheels == "locked"
 
 
 def test_a_single_figure_of_the_robot_can_be_set() -> None:

@@ -13,7 +13,7 @@ from rollgait.ocp.instant import Body, Foot, Instant
 from rollgait.ocp.problem import make_problem
 from rollgait.plan.samples import Samples
 from rollgait.robot.library import find_robot
-from rollgait.scenario.profile import PAPER
+from rollgait.scenario.profile import PROFILES
 from rollgait.scenario.scenario import Scenario
 from tests.plan.builders import robot as simple_robot
 
@@ -62,4 +62,4 @@ def test_weights_are_those_of_the_profile() -> None:
         for row in ROWS
         if len(row) == 3 and re.match(r"[\d.e-]+ · ", row[0])
     }
-    assert stated == PAPER["weights"]
+    assert stated == PROFILES["paper"]["weights"]

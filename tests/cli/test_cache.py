@@ -27,7 +27,7 @@ def output(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 def make_kernel(name: str) -> None:
     x = ca.SX.sym("x")
-    assert compiled([ca.Function(name, [x], [ca.sin(x)])]) is not None
+    assert compiled(lambda: [ca.Function(name, [x], [ca.sin(x)])], [name], known_by=name) is not None
 
 
 def test_an_empty_cache(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

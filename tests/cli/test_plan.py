@@ -135,12 +135,21 @@ WITH_CTRL_C = f"""
 import os
 from rollgait.cli import main, plan
 
-class Pressing(plan.Progress):
+class Pressing(plan.SolverLine):
     def __call__(self, iteration):
         if iteration.number == 2:
             os.kill(os.getpid(), {int(signal.SIGINT)})
 
-plan.Progress = Pressing
+plan.SolverLine = Pressing
 main()
 """
 """Presses Ctrl-C while the solver works: at its second iteration."""
+
+
+def test_the_time_for_the_reason_can_be_told(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    status, report = ran_json(capsys, *NOT_SOLVED, "--diagnose-seconds", "0.001")
+    assert status == 1
+    assert not report["diagnosis"]["complete"]
+    status, out, err = ran(capsys, *SHORT, "--diagnose-seconds", "nan")
+    assert (status, out) == (2, "")
+    assert "diagnose_seconds: nan must be a positive number of seconds" in err

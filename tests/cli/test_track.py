@@ -69,7 +69,7 @@ BAD = {
     ("robot", "imprt"): (2, "valid: import"),
     ("robot", "import", "nobody"): (2, "valid: centauro"),
     ("robot", "import", "none.urdf"): (2, "none.urdf"),
-    ("robot", "import", "lonely.urdf"): (2, "lonely.yaml"),
+    ("robot", "import", "lonely.urdf"): (2, "lonely.urdf"),
     ("robot", "import", "ROLLER", "--posture", "sit"): (2, "valid: stand"),
     ("robot", "import", "ROLLER", "--srdf", "none.srdf"): (2, "none.srdf"),
 }
