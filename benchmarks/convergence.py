@@ -30,8 +30,9 @@ from rollgait.plan.certificate.physics import (
 )
 from rollgait.plan.samples import Samples
 from rollgait.plan.trajectory import Trajectory
+from rollgait.scenario import ContactSchedule, Mesh
 from rollgait.transcription import TRANSCRIPTION_NAMES, transcribe
-from rollgait.transcription.guess import Motion, kinematic_guess
+from rollgait.transcription.guess import MotionGuess, kinematic_guess
 
 Array = NDArray[np.float64]
 
@@ -47,12 +48,11 @@ START_EULER = np.array([0.4, -0.1, 0.2])  # rad
 START_RATE = np.array([0.3, -0.2, 0.1, 1.0, 0.6, -0.8])  # m/s, rad/s
 
 
-def tumbling(intervals: int) -> Problem:
+def tumbling(mesh: Mesh) -> Problem:
     """A problem without terms, so that only the dynamics is left; the robot starts turning about all axes."""
-    scenario = rg.Scenario(
-        robot="centauro-2020", goal={"x": 0.0}, horizon=HORIZON, interval=HORIZON / intervals, profile="paper"
-    )
-    problem = make_problem(scenario)
+    scenario = rg.Scenario(robot="centauro-2020", goal={"x": 0.0}, horizon=HORIZON, profile="paper")
+    schedule = ContactSchedule(np.ones((4, mesh.intervals), dtype=bool), mesh)
+    problem = make_problem(scenario, schedule=schedule)
     base = problem.start.base + np.concatenate([np.zeros(3), START_EULER])
     return replace(problem, terms=(), start=replace(problem.start, base=base, base_rate=START_RATE))
 
@@ -75,7 +75,7 @@ def simulated(name: str, problem: Problem) -> Trajectory:
     raise RuntimeError("Newton's method did not converge")
 
 
-def _driven(problem: Problem, more: float) -> Motion:
+def _driven(problem: Problem, more: float) -> MotionGuess:
     """The fixed inputs; with `more` added to each of them, to tell inputs from states."""
     guess = kinematic_guess(problem)
 
@@ -112,9 +112,9 @@ def integrated(problem: Problem) -> BodyState:
     return BodyState.from_flat(solution.y[:, -1])
 
 
-def errors_at_the_end(name: str, intervals: int) -> dict[str, float]:
+def errors_at_the_end(name: str, mesh: Mesh) -> dict[str, float]:
     """Errors of the state at the end: of the CoM and the feet in m, the orientation in rad, ω in rad/s."""
-    problem = tumbling(intervals)
+    problem = tumbling(mesh)
     exact = integrated(problem)
     end = simulated(name, problem).sample(np.array([HORIZON]), problem.robot).at(0)
     omega = angular_velocity_world(end.euler, end.euler_rate)
@@ -186,11 +186,11 @@ def _order(coarse: float, fine: float) -> str:
 
 def main() -> None:
     """Prints the tables."""
-    study: Callable[[str, int], dict[str, float]] = errors_at_the_end
+    study: Callable[[str, Mesh], dict[str, float]] = errors_at_the_end
     for name in TRANSCRIPTION_NAMES:
         print(f"### {name}: fixed inputs, {HORIZON} s, error at the end\n")
         counts = [2, 4, 8, 16]
-        print_table([HORIZON / n for n in counts], [study(name, n) for n in counts])
+        print_table([HORIZON / n for n in counts], [study(name, Mesh.equal(HORIZON, n)) for n in counts])
     for name in TRANSCRIPTION_NAMES:
         print(f"### {name}: a planned drive, {DRIVE.horizon:.0f} s, distance to the plan at h = 0.025 s\n")
         intervals = [0.4, 0.2, 0.1, 0.05, 0.025]

@@ -6,9 +6,13 @@ are the field's docstring, the default that of the field, or of the profiles if 
 
 from __future__ import annotations
 
+import ast
 import importlib
+import inspect
 import re
 import sys
+import textwrap
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -25,12 +29,27 @@ GROUPS = {"Weights": "weights", "Bounds": "bounds"}
 def table_of(model: type[BaseModel]) -> str:
     """The keys of a model as a Markdown table: key, default, meaning with unit."""
     rows = ["| key | default | meaning |", "|---|---|---|"]
+    meanings = _docstrings(model)
     for name, field in model.model_fields.items():
-        meaning = " ".join((field.description or "").split()).replace("|", "\\|")
+        meaning = " ".join(meanings.get(name, "").split()).replace("|", "\\|")
         if not meaning:
             raise ValueError(f"{model.__name__}.{name} has no docstring")
         rows.append(f"| `{name}` | {_default(model, name, field)} | {meaning} |")
     return "\n".join(rows)
+
+
+def _docstrings(model: type[BaseModel]) -> dict[str, str]:
+    """What stands below each field of a class or of its bases. (Pydantic would look at each import.)"""
+    found: dict[str, str] = {}
+    for base in reversed(model.__mro__[: model.__mro__.index(BaseModel)]):
+        body = ast.parse(textwrap.dedent(inspect.getsource(base))).body[0].body
+        for field, text in pairwise(body):
+            match field, text:
+                case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(
+                    value=ast.Constant(value=str(meaning))
+                ):
+                    found[name] = meaning
+    return found
 
 
 def _default(model: type[BaseModel], name: str, field: FieldInfo) -> str:
