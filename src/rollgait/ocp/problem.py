@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.angles import turned
-from rollgait.errors import InputError, UnknownNameError
+from rollgait.errors import MISSING, InputError, UnknownNameError
 from rollgait.ocp import boundary, contact, costs, friction, limb, limits
 from rollgait.ocp.lift import lift
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
@@ -113,10 +113,11 @@ def make_problem(
         schedule: the contacts, on another mesh than the scenario's own.
 
     Raises:
-        InputError: the scenario contradicts itself, a name is there twice, `bounds.without` names no term, or
-            the schedule has another horizon.
+        InputError: the scenario contradicts itself, its ground is not flat, a name is there twice,
+            `bounds.without` names no term, or the schedule has another horizon.
     """
     scenario.check()
+    _require_flat(scenario)
     schedule = scenario.schedule if schedule is None else schedule
     if not np.isclose(schedule.horizon, scenario.horizon, rtol=HORIZON_TOLERANCE):
         rule = f"must have the scenario's horizon of {scenario.horizon:g} s"
@@ -131,6 +132,13 @@ def make_problem(
             raise UnknownNameError("bounds.without", name, names, "is no term of this problem")
     kept = tuple(term for term in terms if term.name not in scenario.bounds.without)
     return Problem(scenario, kept, start_state(scenario), schedule)
+
+
+def _require_flat(scenario: Scenario) -> None:
+    """Raises `InputError` unless the ground is a plane: the terms know no other."""
+    kind = scenario.ground.kind
+    if kind != "flat":
+        raise InputError(f"ground.{kind}", MISSING, "is not planned on yet: only flat ground is")
 
 
 def standard_terms(scenario: Scenario) -> list[Term]:

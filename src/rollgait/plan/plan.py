@@ -6,11 +6,11 @@ import math
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydantic import BaseModel
+from pydantic import BaseModel, model_validator
 
 from rollgait.archive import ArchiveFormat
 from rollgait.config import Line
@@ -23,6 +23,8 @@ from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.mesh import Mesh
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
+from rollgait.terrain.height_map import HeightMap
+from rollgait.terrain.terrain import MapHeader
 
 if TYPE_CHECKING:
     from rollgait.plan.certificate import Certificate
@@ -34,6 +36,7 @@ MAX_SAMPLES = 1_000_000
 """More samples than this at once are a slip of the pen: they would fill the memory."""
 
 _PREFIX = "trajectory/"
+_HEIGHTS = "ground/heights"
 
 
 @dataclass(frozen=True)
@@ -190,11 +193,16 @@ class Plan:
     # -- files --
 
     def save(self, path: str | Path) -> Path:
-        """Writes the plan as one .npz file (the suffix is added if it is missing); returns its path."""
+        """Writes the plan as one .npz file (the suffix is added if it is missing); returns its path.
+
+        The map of its ground goes with it: whoever reads the plan needs no other file.
+        """
+        scenario = self.scenario.model_copy(update={"ground": self.scenario.ground.self_contained()})
+        heights = scenario.ground.heights
         header = {
             "kind": self.trajectory.kind,
             "robot": self.robot.model_dump(mode="json"),
-            "scenario": self.scenario.to_dict(),
+            "scenario": scenario.to_dict(),
             "statistics": asdict(self.statistics),
         }
         arrays: dict[str, Any] = {
@@ -202,6 +210,9 @@ class Plan:
             "lengths": self.schedule.lengths,
             **{_PREFIX + name: array for name, array in self.trajectory.arrays().items()},
         }
+        if heights is not None:
+            header["map"] = heights.place()
+            arrays[_HEIGHTS] = heights.values
         return _FILE.write(path, header, arrays)
 
     @classmethod
@@ -225,9 +236,13 @@ class Plan:
         schedule = ContactSchedule(contact, Mesh(arrays["lengths"]))
         if schedule.mesh != trajectory.mesh:
             raise InputError("lengths", schedule.intervals, "intervals must be those of the solution")
+        scenario = header.scenario
+        if header.map is not None:
+            heights = HeightMap(arrays[_HEIGHTS], **header.map.model_dump())
+            scenario = scenario.model_copy(update={"ground": scenario.ground.with_heights(heights)})
         return cls(
             robot=header.robot,
-            scenario=header.scenario,
+            scenario=scenario,
             schedule=schedule,
             trajectory=trajectory,
             statistics=header.statistics,
@@ -241,6 +256,13 @@ class _Header(BaseModel):
     robot: Robot
     scenario: Scenario
     statistics: Statistics
+    map: MapHeader | None = None
+
+    @model_validator(mode="after")
+    def _has_its_map(self) -> Self:
+        if (self.map is None) != (self.scenario.ground.map is None):
+            raise ValueError("must have a map where its scenario says so, and only there")
+        return self
 
 
 def _layout(header: _Header) -> Layout:
@@ -252,6 +274,7 @@ def _layout(header: _Header) -> Layout:
         "contact": ("b", (len(LEG_NAMES), "N")),
         "lengths": ("f", ("N",)),
         **{_PREFIX + name: described for name, described in trajectory.items()},
+        **({} if header.map is None else {_HEIGHTS: ("f", ("nx", "ny"))}),
     }
 
 

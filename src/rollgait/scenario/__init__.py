@@ -1,7 +1,6 @@
 """What is asked: scenarios, gaits, ground, weights and bounds."""
 
 from rollgait.scenario.gait import Crawl, Drive, Pace, Schedule, Trot, Walk
-from rollgait.scenario.ground import FlatGround
 from rollgait.scenario.library import find_scenario, scenario_names
 from rollgait.scenario.mesh import Mesh
 from rollgait.scenario.scenario import Goal, LaterGoal, Scenario, Start
@@ -13,7 +12,6 @@ __all__ = [
     "ContactSchedule",
     "Crawl",
     "Drive",
-    "FlatGround",
     "Goal",
     "LaterGoal",
     "Mesh",

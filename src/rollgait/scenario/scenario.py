@@ -18,7 +18,6 @@ from rollgait.errors import InputError
 from rollgait.robot.library import find_robot
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.gait import GAIT_KINDS, GAITS, BaseGait, Drive, Gait
-from rollgait.scenario.ground import Ground
 from rollgait.scenario.profile import (
     CLEARANCE,
     CLEARANCE_OF_HEIGHT,
@@ -28,6 +27,8 @@ from rollgait.scenario.profile import (
 )
 from rollgait.scenario.schedule import ContactSchedule, put_on_mesh
 from rollgait.scenario.weights import Bounds, Weights
+from rollgait.terrain.ground import Ground
+from rollgait.terrain.terrain import Terrain
 
 
 def _named_or_spelled_out(value: Any) -> str:
@@ -118,7 +119,7 @@ class Scenario(Config):
     gait: Gait = Field(default_factory=Drive)
     """Which foot is on the ground when."""
     ground: Ground = Ground()
-    """What the robot stands on."""
+    """What the robot stands on: a plane, parts, a map (page "Terrain"); in Python also a `Terrain`."""
     weights: Weights = Weights()
     """Weights of the costs."""
     bounds: Bounds = Bounds()
@@ -127,16 +128,38 @@ class Scenario(Config):
     # -- construction --
 
     @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Scenario:
-        """The scenario in a mapping (as a YAML file holds it). Raises `InputError`."""
+    def from_dict(cls, data: Mapping[str, Any], folder: Path | None = None) -> Scenario:
+        """The scenario in a mapping (as a YAML file holds it).
+
+        Args:
+            data: the mapping.
+            folder: where the file of a map lies; None if there can be none.
+
+        Raises:
+            InputError: the scenario breaks a rule, or names a map and has no folder.
+        """
         scenario = validate(cls, data)
-        scenario.check()
-        return scenario
+        return scenario._on(scenario.ground.read(folder))
 
     @classmethod
     def from_yaml(cls, path: str | Path) -> Scenario:
         """The scenario in a YAML file. Raises `FileError` or `InputError`."""
-        return cls.from_dict(load_yaml(Path(path)))
+        return cls.from_dict(load_yaml(Path(path)), Path(path).parent)
+
+    def with_terrain(self, terrain: Terrain) -> Scenario:
+        """A copy on another ground. Raises `InputError` if the robot cannot stand there."""
+        return self.with_values({"ground": terrain})
+
+    def _on(self, ground: Ground) -> Scenario:
+        """A copy on another ground, checked."""
+        scenario = self.model_copy(update={"ground": ground})
+        scenario.check()
+        return scenario
+
+    @field_validator("ground", mode="before")
+    @classmethod
+    def _ground_of_terrain(cls, value: Any) -> Any:
+        return Ground.of(value) if isinstance(value, Terrain) else value
 
     @field_validator("gait", mode="before")
     @classmethod
@@ -155,7 +178,8 @@ class Scenario(Config):
             if key.startswith("robot.") and isinstance(data["robot"], str):
                 data["robot"] = find_robot(data["robot"]).model_dump(mode="json")
             set_key(data, key, value)
-        return type(self).from_dict(data)
+        scenario = validate(type(self), data)
+        return scenario._on(scenario.ground.read_like(self.ground))
 
     # -- what follows from it --
 
@@ -169,6 +193,11 @@ class Scenario(Config):
     def schedule(self) -> ContactSchedule:
         """The contact schedule on the mesh."""
         return put_on_mesh(self.gait, self.horizon, self.interval)
+
+    @cached_property
+    def terrain(self) -> Terrain:
+        """The ground. Raises `InputError` if the file of its map was not read: see `from_yaml`."""
+        return self.ground.terrain()
 
     def goal_at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Goal at times (s, shape (n,)): x, y, z of the CoM (m), yaw, pitch, roll (rad); shape (n, 6)."""
@@ -207,6 +236,7 @@ class Scenario(Config):
     def resolved(self) -> Scenario:
         """The same scenario with every default of its profile spelled out."""
         data = self.to_dict()
+        data["ground"] = self.ground  # with the heights of its map
         data["gait"]["clearance"] = self.clearance
         for group in ("weights", "bounds"):
             data[group] = {
@@ -215,9 +245,9 @@ class Scenario(Config):
         return type(self).model_validate(data)
 
     def self_contained(self) -> Scenario:
-        """`resolved`, and the robot itself in place of its name: stays true when the library changes."""
+        """`resolved`, the robot in place of its name, and the map held: stays true when files change."""
         robot = find_robot(self.robot) if isinstance(self.robot, str) else self.robot
-        return self.resolved().model_copy(update={"robot": robot})
+        return self.resolved().model_copy(update={"robot": robot, "ground": self.ground.self_contained()})
 
     def to_dict(self) -> dict[str, Any]:
         """The scenario as plain data."""
@@ -234,6 +264,10 @@ class Scenario(Config):
         _ = self.schedule
         self._check_steering()
         self._check_goal_distance()
+        if self.ground.kind != "flat":
+            from rollgait.scenario.standing import require_standing_at_ends  # here: it needs SciPy
+
+            require_standing_at_ends(self)
 
     def speed_max(self, leg: int) -> float:
         """Limit of |v| of a foot in stance: the smaller of the scenario's and the robot's, m/s."""
@@ -327,4 +361,6 @@ def _asked_of_any(gait: Mapping[str, Any]) -> dict[str, Any]:
 def _without_none(data: Any) -> Any:
     if isinstance(data, dict):
         return {key: _without_none(value) for key, value in data.items() if value is not None}
+    if isinstance(data, list):
+        return [_without_none(value) for value in data]
     return data

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, field
-from typing import Final
+from functools import cached_property
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy import ndimage
 
 from rollgait.errors import InputError
 from rollgait.terrain.polygons import Array
@@ -77,6 +78,10 @@ class HeightMap:
         i, j = np.meshgrid(*(np.arange(n, dtype=float) for n in self.values.shape), indexing="ij")
         return self.to_world(self.resolution * np.stack([i, j], axis=-1))
 
+    def place(self) -> dict[str, Any]:
+        """All but the values, as plain data: resolution, origin, yaw."""
+        return {"resolution": self.resolution, "origin": self.origin.tolist(), "yaw": self.yaw}
+
     def height(self, points: Array) -> Array:
         """Heights at points (n, 2) of the world, (n,), m; NaN off the map and where it is not known."""
         i, j, a, b = self._cell(points)
@@ -123,6 +128,8 @@ class HeightMap:
         Its nodes take the mean of their neighbours, over and over until nothing moves (Laplace's equation).
         Holes at the border of the map stay.
         """
+        from scipy import ndimage  # here: a plan on flat ground loads none of it
+
         unknown = np.isnan(self.values)
         labels, _ = ndimage.label(unknown, structure=np.ones((3, 3)))
         fill = np.zeros_like(unknown)
@@ -138,6 +145,22 @@ class HeightMap:
         values = self.values.copy()
         values[where] = heights
         return HeightMap(values, self.resolution, self.origin, self.yaw)
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of heights and places, as hexadecimal digits: equal maps have equal ones."""
+        plain = np.where(np.isnan(self.values), np.nan, self.values + 0.0)  # one kind of NaN, and of 0
+        place = np.array([self.resolution, *self.origin, self.yaw]) + 0.0
+        result = hashlib.sha256(f"heights {plain.shape}".encode())
+        for numbers in (place, plain):
+            result.update(np.ascontiguousarray(numbers, dtype="<f8").tobytes())
+        return result.hexdigest()
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, HeightMap) and self.digest == other.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
 
     def _cell(self, points: Array) -> tuple[NDArray[np.intp], NDArray[np.intp], Array, Array]:
         """The first node of the cell around each point, and where in the cell it lies, 0 to 1."""
@@ -160,6 +183,8 @@ def _share(a: Array, b: Array, z: Array) -> Array:
 
 def _relaxed(values: Array, fill: NDArray[np.bool_]) -> Array:
     """Values with the marked nodes at rest between their neighbours."""
+    from scipy import ndimage
+
     known = ~np.isnan(values)
     nearest = ndimage.distance_transform_edt(~known, return_distances=False, return_indices=True)
     result = np.where(fill, values[tuple(nearest)], values)

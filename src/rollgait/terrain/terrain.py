@@ -272,11 +272,7 @@ class Terrain:
             "parts": [part.model_dump(mode="json") for part in self.parts],
         }
         if self.map is not None:
-            data["map"] = {
-                "resolution": self.map.resolution,
-                "origin": self.map.origin.tolist(),
-                "yaw": self.map.yaw,
-            }
+            data["map"] = self.map.place()
         return data
 
     def arrays(self) -> dict[str, Array]:
@@ -297,11 +293,8 @@ class Terrain:
     def digest(self) -> str:
         """SHA-256 of all that it is, as hexadecimal digits: equal grounds have equal ones."""
         text = json.dumps(self.to_dict(), sort_keys=True)
-        result = hashlib.sha256(text.encode())
-        for name, array in sorted(self.arrays().items()):
-            plain = np.ascontiguousarray(np.where(np.isnan(array), np.nan, array + 0.0), dtype="<f8")
-            result.update(f"{name} {plain.shape}".encode() + plain.tobytes())
-        return result.hexdigest()
+        heights = "" if self.map is None else self.map.digest
+        return hashlib.sha256((text + heights).encode()).hexdigest()
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Terrain) and self.digest == other.digest
@@ -321,7 +314,7 @@ class Terrain:
             return cls.from_dict(header.model_dump(mode="json"), arrays)
 
 
-class _MapHeader(Config):
+class MapHeader(Config):
     """Where the heights of a map stand, as `HeightMap` says it."""
 
     resolution: Positive
@@ -335,7 +328,7 @@ class _Header(BaseModel):
     height: Number
     friction: Positive
     parts: tuple[Part, ...]
-    map: _MapHeader | None = None
+    map: MapHeader | None = None
 
 
 def _layout(header: _Header) -> Layout:
