@@ -87,7 +87,7 @@ def as_instant(robot: Robot, n: Numbers, height_point: int | None = None) -> Ins
         constant(np.concatenate([n.r, n.theta])),
         constant(np.concatenate([n.dr, n.dtheta])),
         rows(n.p[:, :2]),
-        rows(n.p[:, 2]),
+        rows(n.p[:, 2] - n.ground),
         rows(n.sigma),
         rows(n.p_rate_z),
         Inputs(rows(n.force), rows(n.motion), rows(n.lift_rate)),

@@ -176,7 +176,7 @@ class Planner:
     ) -> Plan | None:
         """The same problem solved on another mesh, from the motion that is known; None if it is not."""
         with watch("build"):
-            finer_problem = replace(problem, schedule=schedule)
+            finer_problem = problem.remeshed(schedule, plan.sample)
             ready = Ready(self._method, finer_problem)
         if ready.transcribed.nlp.contradictions:
             return None

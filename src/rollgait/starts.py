@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from rollgait.errors import InputError
-from rollgait.ocp.problem import Problem, make_problem
+from rollgait.ocp.problem import Problem
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Samples
 from rollgait.transcription.guess import MotionGuess, kinematic_guess
@@ -83,14 +83,8 @@ def from_plan(problem: Problem, plan: Plan) -> MotionGuess:
 
 def _homotopy(problem: Problem, solve: Solve) -> MotionGuess | None:
     """The solution of the problem without its hardest terms; None if there is nothing to leave out."""
-    easier = tuple(term.name for term in problem.constraints if term.left_out_at_first)
-    if not easier:
+    harder = [term for term in problem.constraints if term.left_out_at_first]
+    if not harder:
         return None
-    without = (*problem.scenario.bounds.without, *easier)
-    scenario = problem.scenario.model_copy(
-        update={"bounds": problem.scenario.bounds.model_copy(update={"without": without})}
-    )
-    standard = {term.name for term in make_problem(problem.scenario).terms}
-    extra = [term for term in problem.terms if term.name not in standard]
-    simple = make_problem(scenario, extra, problem.schedule)
+    simple = replace(problem, terms=tuple(term for term in problem.terms if term not in harder))
     return solve(simple, kinematic_guess(simple))

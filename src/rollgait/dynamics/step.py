@@ -4,7 +4,7 @@ State (r, θ, ṙ, L, feet), L the angular momentum about the CoM: θ̇ and L ar
 coordinate, as its rate needs no inertia. Over a step of length h with constant forces and motions
 
     r, ṙ      exact (r̈ is constant)
-    p_i       2-point Gauss quadrature of the foot's velocity; its height exactly (a parabola)
+    p_i       2-point Gauss quadrature of the foot's velocity; its height over the ground exactly (a parabola)
     L         exact in the mean lever arm of each foot, ∫ (r − p_i) dt / h × f_i, by the same quadrature
     θ         midpoint rule with the mean of L(t) over the step; the middle itself by L in its first half
 
@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from rollgait.dynamics.foot import Scalar, planar_motion
+from rollgait.dynamics.ground import FootGround
 from rollgait.polynomials import HEIGHT_POINTS, gauss_points
 from rollgait.robot.robot import GRAVITY, FootKind
 
@@ -30,7 +31,7 @@ POINTS = tuple(float(c) for c in gauss_points(HEIGHT_POINTS))
 
 @dataclass(frozen=True)
 class FootState:
-    """Contact point (3) in m and heading σ of a steerable wheel in rad."""
+    """Lowest point of the rim (3) in m and heading σ of a steerable wheel in rad."""
 
     p: Vector
     sigma: Scalar
@@ -49,7 +50,10 @@ class State:
 
 @dataclass(frozen=True)
 class FootInput:
-    """Force (3, N), planar motion (2, see `dynamics.foot`), lift rates at the two points (2, m/s)."""
+    """Force (3, N), planar motion (2, see `dynamics.foot`), lift rates at the two points (2, m/s).
+
+    A lift rate is how fast the height above the ground changes.
+    """
 
     force: Vector
     motion: Vector
@@ -66,14 +70,31 @@ class Figures:
     heading_offset: Vector
 
 
-def step(xp: Any, x: State, u: Sequence[FootInput], h: Scalar, robot: Figures) -> tuple[State, State]:
-    """The state after a step of length h (s), and that in its middle (there L is its mean over the step)."""
+def step(
+    xp: Any,
+    x: State,
+    u: Sequence[FootInput],
+    h: Scalar,
+    robot: Figures,
+    grounds: Sequence[FootGround] | None = None,
+) -> tuple[State, State]:
+    """The state after a step of length h (s), and that in its middle (there L is its mean over the step).
+
+    Args:
+        xp: does the arithmetic.
+        x: the state before.
+        u: inputs of the four feet.
+        h: length of the step, s.
+        robot: its figures.
+        grounds: under the four feet; None where it is level, which costs less.
+    """
     ddr = [sum(foot.force[i] for foot in u) / robot.mass for i in range(3)]
     ddr[2] = ddr[2] - GRAVITY
     rate = euler_rate(xp, x.theta, x.L, robot)
+    offsets = [None] * len(x.feet) if grounds is None else [g.contact_offset(xp) for g in grounds]
     torque = [0.0, 0.0, 0.0]
-    for foot, inputs in zip(x.feet, u, strict=True):
-        torque = _add(torque, 1.0, _cross(inputs.force, _minus(x.r, foot.p)))
+    for foot, inputs, offset in zip(x.feet, u, offsets, strict=True):
+        torque = _add(torque, 1.0, _cross(inputs.force, _minus(x.r, _beside(foot.p, 1.0, offset))))
     # L in the middle of the first half: its change within the step counts where forces have just changed
     theta_middle = _add(x.theta, 0.5 * h, euler_rate(xp, x.theta, _add(x.L, 0.25 * h, torque), robot))
     yaw_at = _yaw_path(xp, x, torque, h, robot, rate, theta_middle)
@@ -84,17 +105,28 @@ def step(xp: Any, x: State, u: Sequence[FootInput], h: Scalar, robot: Figures) -
     L_end, L_mean = list(x.L), list(x.L)
     feet_end, feet_middle = [], []
     for i, (foot, inputs) in enumerate(zip(x.feet, u, strict=True)):
+        ground, offset = None if grounds is None else grounds[i], offsets[i]
         velocities = [_velocity(xp, robot, i, foot, inputs, h, c, yaw_at) for c in POINTS]
         rates = [[*v, w] for v, w in zip(velocities, inputs.lift_rate, strict=True)]
+        if ground is not None:
+            for c, rate_there in zip(POINTS, rates, strict=True):
+                rate_there[2] = rate_there[2] + _climb(ground, foot.p, rate_there, c * h)
         p_end = _moment(foot.p, rates, h, 1.0, (0.5, 0.5))
-        p_mean = _moment(foot.p, rates, h, 1.0, [0.5 * (1 - c) for c in POINTS])
-        p_second = _moment(foot.p, rates, h, 0.5, [0.25 * (1 - c) ** 2 for c in POINTS])
+        p_mean = _beside(_moment(foot.p, rates, h, 1.0, [0.5 * (1 - c) for c in POINTS]), 1.0, offset)
+        second = _moment(foot.p, rates, h, 0.5, [0.25 * (1 - c) ** 2 for c in POINTS])
+        p_second = _beside(second, 0.5, offset)
         L_end = _add(L_end, h, _cross(inputs.force, _minus(r_mean, p_mean)))
         L_mean = _add(L_mean, h, _cross(inputs.force, _minus(r_second, p_second)))
         turn = h * inputs.motion[1] if robot.kinds[i] == "steerable" else 0.0
-        feet_end.append(FootState(p_end, foot.sigma + turn))
         middle = _velocity(xp, robot, i, foot, inputs, h, 0.25, yaw_at)
-        feet_middle.append(FootState(_middle(foot.p, middle, inputs.lift_rate, h), foot.sigma + 0.5 * turn))
+        p_middle = _middle(foot.p, middle, inputs.lift_rate, h)
+        if ground is not None:  # on the surface exactly, whatever the quadrature of its slope says
+            above = foot.p[2] - ground.height(foot.p)
+            lifts = inputs.lift_rate
+            p_end[2] = ground.height(p_end) + above + 0.5 * h * (lifts[0] + lifts[1])
+            p_middle[2] = ground.height(p_middle) + above + (p_middle[2] - foot.p[2])
+        feet_end.append(FootState(p_end, foot.sigma + turn))
+        feet_middle.append(FootState(p_middle, foot.sigma + 0.5 * turn))
 
     theta_end = _add(x.theta, h, euler_rate(xp, theta_middle, L_mean, robot))
     end = State(
@@ -183,6 +215,17 @@ def _middle(p: Vector, velocity: Vector, lift_rate: Vector, h: Scalar) -> list[S
     first, second = (0.125 - 0.5 * c2) / (c1 - c2), (0.125 - 0.5 * c1) / (c2 - c1)
     z = p[2] + h * (first * lift_rate[0] + second * lift_rate[1])
     return [p[0] + 0.5 * h * velocity[0], p[1] + 0.5 * h * velocity[1], z]
+
+
+def _climb(ground: FootGround, p: Vector, rate: Vector, passed: Scalar) -> Scalar:
+    """How fast the surface rises under a foot that has moved for some time at a rate."""
+    slope = ground.slope([p[0] + passed * rate[0], p[1] + passed * rate[1]])
+    return slope[0] * rate[0] + slope[1] * rate[1]
+
+
+def _beside(p: Vector, factor: float, offset: Vector | None) -> Vector:
+    """The contact of a foot whose lowest point is p."""
+    return p if offset is None else _add(p, factor, offset)
 
 
 def _cross(a: Vector, b: Vector) -> list[Scalar]:

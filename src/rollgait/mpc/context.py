@@ -41,9 +41,8 @@ class LiveContext:
         """The contacts of the horizon, from now on."""
         return ContactSchedule(self.contact, Mesh.equal(self.settings.horizon, self.settings.intervals))
 
-    @property
-    def friction(self) -> float:
-        """μ that forces may use."""
+    def friction_at(self, leg: int) -> float:
+        """μ that the force of a foot may use."""
         return self.settings.bounds.friction
 
     def bound(self, name: str) -> Any:

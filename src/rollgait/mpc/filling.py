@@ -131,8 +131,8 @@ class Filling:
         stage.numbers("moves")[:] = np.repeat(moves, 2, axis=0)
         for part in self._stages:
             part.numbers("ground")[:] = self.ground[:, None]
-        stage.numbers("foot_z")[:] = self.ground[:, None] + height[:-1].T
-        self._problem.end.numbers("foot_z")[:] = (self.ground + height[-1])[:, None]
+        stage.numbers("foot_height")[:] = height[:-1].T
+        self._problem.end.numbers("foot_height")[:] = height[-1][:, None]
         stage.numbers("lift_rate")[:] = (
             np.moveaxis(rate.reshape(count, len(POINTS), 4), 0, -1).swapaxes(0, 1).reshape(8, count)
         )

@@ -51,22 +51,30 @@ class WheelsRestAtEnd(FootConstraint):
 
 
 class LevelAtEnd(Constraint):
-    """θ̇(T) = 0 and pitch(T) = roll(T) = 0 (executable): the paper's plans end tumbling."""
+    """θ̇(T) = 0 and pitch and roll as the ground asks for, 0 on flat ground (executable).
+
+    The paper's plans end tumbling.
+    """
 
     name = "level_at_end"
     keys = ("level_at_end",)
     role = Role.END
     sentence = "the base would not end level and at rest"
     places = END
-    lower = upper = 0.0
     unit = "rad, rad/s"
+
+    def limits(self, problem: Problem) -> Limits:
+        end = problem.footing.end
+        wanted = np.array([[end.pitch], [end.roll], [0.0], [0.0], [0.0]])
+        return wanted, wanted
 
     def expression(self, x: Instant, d: Data) -> ca.SX:
         return ca.vertcat(x.theta[1:], x.dtheta)
 
 
 class StanceAtEnd(FootConstraint):
-    """Rzᵀ (p_i − r)(T) = p̄_i in x and y, for every foot that can get there.
+    """Rzᵀ (p_i − r)(T) = p̄_i in x and y (where the ground is not flat in the base frame), for every foot that
+    can get there.
 
     A foot that never swings cannot choose its place: a point foot stays where it is, a fixed wheel goes only
     along its heading. Further rows for them would only be redundant or contradict the goal.
@@ -102,7 +110,7 @@ class StanceAtEnd(FootConstraint):
 
 
 class HeightAtEnd(Constraint):
-    """The nominal height of the CoM above the ground at T.
+    """The nominal height of the CoM above the ground at T, where that is not flat above the mean of the feet.
 
     The z rows of four feet on the ground are one unknown; it is demanded once.
     """
@@ -116,4 +124,7 @@ class HeightAtEnd(Constraint):
     unit = "m"
 
     def expression(self, x: Instant, d: Data) -> ca.SX:
-        return x.feet[0].p_body[2] - x.body.stance[2, 0]
+        if x.body.terrain is None:
+            return x.feet[0].p_body[2] - x.body.stance[2, 0]
+        feet = len(x.feet)
+        return ca.SX(sum(foot.p[2] - x.body.stance[2, foot.index] for foot in x.feet) / feet - x.r[2])

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Self
 
 import casadi as ca
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rollgait.ocp.instant import Foot, Instant
-from rollgait.ocp.term import INPUT, Data, FootConstraint, Limits, Mask, Phase, Place, Role
+from rollgait.ocp.term import ENDS, INPUT, Data, FootConstraint, Limits, Mask, Phase, Place, Role
 
 if TYPE_CHECKING:
     from rollgait.ocp.problem import Problem
+    from rollgait.scenario.scenario import Scenario
 
 
 class StanceHeight(FootConstraint):
-    """p_z = terrain and ṗz = 0 in stance: at every node that touches the ground, and at the height points.
+    """ζ = 0 and ζ̇ = 0 in stance: at every node that touches the ground, and at the height points.
 
-    On flat ground all of these fix single variables, so that they leave the problem instead of filling it
-    with rows of which some would be redundant (redundant rows break solvers).
+    ζ is the height above the ground, whatever that is: all of these fix single variables, so that they leave
+    the problem instead of filling it with rows of which some would be redundant (redundant rows break
+    solvers).
     """
 
     name = "stance_height"
@@ -93,21 +97,63 @@ class Clearance(FootConstraint):
         return foot.height
 
 
-class AboveGround(FootConstraint):
-    """p_z ≥ terrain in swing, everywhere: a parabola stays above the ground if its three Bézier points do.
+class Foothold(FootConstraint):
+    """A p ≤ b: a foot that is on the ground, or near it, stays in its region, away from edges.
 
-    They are the height at both nodes and, between, that at which the first tangent ends, p_z + h ṗz / 2.
+    In the air it is in the region that it leaves until it is above what it goes over, and in the one where it
+    lands from then on: that is kept at both ends of an interval, so it holds between them.
+    """
+
+    name = "foothold"
+    role = Role.PHYSICS
+    sentence = "the foot would have to stand on an edge, or on ground where none can"
+    places = ENDS
+    upper = 0.0
+    unit = "m"
+
+    @classmethod
+    def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
+        return (cls(),) if scenario.ground.kind != "flat" else ()
+
+    def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
+        footing = problem.footing
+        return {
+            "normals": np.moveaxis(footing.A[leg], 0, -1).reshape(-1, footing.count),
+            "offsets": footing.b[leg].T,
+        }
+
+    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
+        A, b = problem.footing.A[leg], problem.footing.b[leg]
+        restricts = A.any(axis=(1, 2))
+        if place is Place.NODE:
+            return np.asarray(restricts)
+        # the next interval's node has these very rows where its region is the same
+        same = (A[:-1] == A[1:]).all(axis=(1, 2)) & (b[:-1] == b[1:]).all(axis=1)
+        return np.asarray(restricts & ~np.append(same, False))
+
+    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
+        sides = d.offsets.numel()
+        return ca.SX(ca.mtimes(ca.reshape(d.normals, 2, sides).T, foot.p[:2]) - d.offsets)
+
+
+class AboveGround(FootConstraint):
+    """p_z ≥ terrain in swing, everywhere, and above what the foot goes over.
+
+    A parabola stays above the ground if its three Bézier points do: the height at both nodes and, between,
+    that at which the first tangent ends, ζ + h ζ̇ / 2.
     """
 
     name = "ground"
     role = Role.PHYSICS
     places = INPUT
     phase = Phase.SWING
-    lower = 0.0
     unit = "m"
 
+    def limits(self, problem: Problem, leg: int) -> Limits:
+        return problem.footing.floor[leg].T, np.inf
+
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
-        return ca.vertcat(foot.height, foot.height + 0.5 * x.body.interval * foot.velocity[2])
+        return ca.vertcat(foot.height, foot.height + 0.5 * x.body.interval * foot.height_rate)
 
 
 class TouchdownSpeed(FootConstraint):
@@ -130,4 +176,4 @@ class TouchdownSpeed(FootConstraint):
         return np.asarray(~contact & np.concatenate([contact[1:], [True]]))
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
-        return foot.velocity[2]
+        return foot.height_rate

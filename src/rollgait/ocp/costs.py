@@ -66,7 +66,7 @@ class ForceChange(Cost):
 
 
 class Feet(Cost):
-    """L_feet = Σ‖Rzᵀ (p_i − r) − p̄_i‖²."""
+    """L_feet = Σ‖Rzᵀ (p_i − r) − p̄_i‖², in the base frame where the ground is not flat."""
 
     name = "feet"
 
@@ -97,12 +97,15 @@ class HeadingRate(Cost):
 
 
 class Tilt(Cost):
-    """pitch² + roll². Without it the base drifts by 6 to 10 degrees."""
+    """pitch² + roll², from what the ground asks for. Without it the base drifts by 6 to 10 degrees."""
 
     name = "tilt"
 
+    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+        return {"reference": problem.goals[4:]}
+
     def residual(self, x: Instant, d: Data) -> ca.SX:
-        return x.theta[1:]
+        return ca.SX(x.theta[1:] - d.reference)
 
 
 class TerminalGoal(Cost):

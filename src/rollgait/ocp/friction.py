@@ -36,13 +36,13 @@ class Friction(FootConstraint):
     by_weight = True
 
     def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
-        mu = problem.friction
+        mu = np.broadcast_to(problem.friction_at(leg), problem.schedule.intervals)
         if problem.bound("inscribed"):
-            mu /= np.sqrt(2.0)
+            mu = mu / np.sqrt(2.0)
         turn = np.zeros(problem.schedule.intervals)
         if problem.robot.leg_list[leg].foot != "point":
             turn = problem.steering_rate_max(leg) * problem.schedule.lengths
-        return {"mu": mu * np.cos(0.5 * np.minimum(turn, LARGEST_TURN))[None, :]}
+        return {"mu": (mu * np.cos(0.5 * np.minimum(turn, LARGEST_TURN)))[None, :]}
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         tangential, normal = foot.force_contact[:2], foot.force_contact[2]
@@ -51,7 +51,7 @@ class Friction(FootConstraint):
 
 
 class ForceLimits(FootConstraint):
-    """force_min ≤ f^z ≤ force_max in stance; force_min is 0 in the paper."""
+    """force_min ≤ n · f ≤ force_max in stance, n the normal of the ground; force_min is 0 in the paper."""
 
     name = "force_limits"
     sentence = "the normal force would have to leave its limits"
@@ -66,4 +66,4 @@ class ForceLimits(FootConstraint):
         return low, min(own, problem.robot.leg_list[leg].force_max)
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
-        return foot.force[2]
+        return foot.force_contact[2]

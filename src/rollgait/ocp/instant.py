@@ -10,10 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 
 from rollgait.dynamics.foot import planar_motion
+from rollgait.dynamics.ground import FootGround
 from rollgait.dynamics.rigid_body import acceleration
 from rollgait.dynamics.rotations import R_world_base, R_z
 from rollgait.robot.robot import FootKind
@@ -30,7 +32,8 @@ class Body:
         stance: p̄, nominal contact points in the base-yaw frame, 4 × 3 numbers as columns (3, 4), m.
         heading_offset: σ − θz of fixed wheels, 4, rad.
         interval: h, s.
-        ground: height of the ground under each foot, 4, m.
+        ground: height of the ground under each foot where it is level, 4, m.
+        terrain: the ground under each foot where it is not; None where it is level.
     """
 
     mass: ca.SX
@@ -40,6 +43,11 @@ class Body:
     heading_offset: ca.SX
     interval: ca.SX
     ground: ca.SX
+    terrain: tuple[FootGround, ...] | None = None
+
+    def ground_height(self, leg: int, xy: Sequence[Any] | ca.SX) -> ca.SX:
+        """z of the ground under the lowest point of a foot, m."""
+        return ca.SX(self.ground[leg] if self.terrain is None else self.terrain[leg].height(xy))
 
 
 @dataclass(frozen=True)
@@ -49,18 +57,22 @@ class Foot:
     Attributes:
         index: 0 … 3 for FL, FR, HL, HR.
         kind: of the foot.
-        p: contact point, world, 3, m.
-        p_body: Rzᵀ (p − r), contact point in the base-yaw frame, 3, m.
+        p: lowest point of the foot, world, 3, m; on level ground the contact point.
+        p_body: Rzᵀ (p − r), in the base-yaw frame, 3, m; where the ground is not level Rᵀ(θ) (p − r), in that
+            of the base.
         height: of the foot above the ground, m.
+        height_rate: how fast it rises above the ground, m/s.
         velocity: ṗ, world, 3, m/s.
         heading: σ, rad (0 for a point foot).
         steering: σ − θz, rad.
         heading_rate: σ̇, rad/s.
-        speed: v along the heading, m/s (0 for a point foot).
+        speed: v along the heading in the plane, m/s (0 for a point foot).
+        surface_speed: the same along the ground, m/s.
         lateral_speed: across the heading, m/s (free only for a fixed wheel in swing).
         motion: the two planar inputs (see `dynamics.foot`).
         lift_rate: u2, ṗz at the two height points of the interval, 2, m/s.
         force: f, on the robot, world, 3, N.
+        force_contact: f in the contact frame (along the heading, lateral, normal to the ground), 3, N.
         previous_force: f of the interval before, 3, N.
         previous_motion: the planar inputs of the interval before.
         height_point: number of the height point at which this is, if it is one.
@@ -71,23 +83,21 @@ class Foot:
     p: ca.SX
     p_body: ca.SX
     height: ca.SX
+    height_rate: ca.SX
     velocity: ca.SX
     heading: ca.SX
     steering: ca.SX
     heading_rate: ca.SX
     speed: ca.SX
+    surface_speed: ca.SX
     lateral_speed: ca.SX
     motion: ca.SX
     lift_rate: ca.SX
     force: ca.SX
+    force_contact: ca.SX
     previous_force: ca.SX
     previous_motion: ca.SX
     height_point: int | None = None
-
-    @cached_property
-    def force_contact(self) -> ca.SX:
-        """f in the contact frame (along the heading, lateral, normal to the ground), 3, N."""
-        return R_z(self.heading).T @ self.force
 
 
 @dataclass(frozen=True)
@@ -141,7 +151,7 @@ def make_instant(
     base: ca.SX,
     base_rate: ca.SX,
     foot_xy: Sequence[ca.SX],
-    foot_z: Sequence[ca.SX],
+    height: Sequence[ca.SX],
     sigma: Sequence[ca.SX],
     height_rate: Sequence[ca.SX],
     inputs: Inputs,
@@ -155,38 +165,51 @@ def make_instant(
         kinds: of the four feet.
         base: (r, θ), 6.
         base_rate: (ṙ, θ̇), 6.
-        foot_xy: contact points, 2 each.
-        foot_z: heights in the world, 1 each.
+        foot_xy: lowest points of the feet, 2 each.
+        height: theirs above the ground, 1 each.
         sigma: headings of steerable wheels, 1 each (not read for other kinds).
-        height_rate: ṗz, 1 each.
+        height_rate: how fast they rise above the ground, 1 each.
         inputs: forces and motions.
         previous: those of the interval before.
         height_point: number of the height point, if the instant is one.
     """
     r, theta = base[:3], base[3:]
-    R_yaw = R_z(theta[0])
+    R_feet = R_z(theta[0]) if body.terrain is None else R_world_base(theta)
     feet = []
     for i, kind in enumerate(kinds):
         planar = planar_motion(
             ca, kind, inputs.motion[i], sigma[i], theta[0], base_rate[3], body.heading_offset[i]
         )
-        p = ca.vertcat(foot_xy[i], foot_z[i])
+        p = ca.vertcat(foot_xy[i], body.ground_height(i, foot_xy[i]) + height[i])
+        heading, force = ca.SX(planar.heading), inputs.force[i]
+        if body.terrain is None:
+            force_contact, speed_factor = R_z(heading).T @ force, ca.SX(1)
+            rise = height_rate[i]
+        else:
+            frame = body.terrain[i].rolling_frame(ca, heading)
+            force_contact = ca.vertcat(*(ca.dot(ca.vertcat(*axis), force) for axis in frame))
+            speed_factor = body.terrain[i].way_factor(ca, heading)
+            slope = body.terrain[i].slope(foot_xy[i])
+            rise = height_rate[i] + slope[0] * planar.velocity[0] + slope[1] * planar.velocity[1]
         feet.append(
             Foot(
                 index=i,
                 kind=kind,
                 p=p,
-                p_body=R_yaw.T @ (p - r),
-                height=foot_z[i] - body.ground[i],
-                velocity=ca.vertcat(*planar.velocity, height_rate[i]),
-                heading=ca.SX(planar.heading),
-                steering=ca.SX(planar.heading) - theta[0],
+                p_body=R_feet.T @ (p - r),
+                height=height[i],
+                height_rate=height_rate[i],
+                velocity=ca.vertcat(*planar.velocity, rise),
+                heading=heading,
+                steering=heading - theta[0],
                 heading_rate=ca.SX(planar.heading_rate),
                 speed=ca.SX(planar.speed),
+                surface_speed=speed_factor * planar.speed,
                 lateral_speed=ca.SX(planar.lateral_speed),
                 motion=inputs.motion[i],
                 lift_rate=inputs.lift_rate[i],
-                force=inputs.force[i],
+                force=force,
+                force_contact=force_contact,
                 previous_force=previous.force[i],
                 previous_motion=previous.motion[i],
                 height_point=height_point,

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 
 class Box(FootConstraint):
-    """|Rzᵀ (p_i − r) − p̄_i| ≤ b, componentwise; `full_rotation` uses R(θ) in place of Rz."""
+    """|Rzᵀ (p_i − r) − p̄_i| ≤ b, componentwise; `full_rotation` uses R(θ) in place of Rz.
+
+    On ground that is not flat it is R(θ) always: the base tilts with the ground.
+    """
 
     name = "box"
     sentence = "the foot would have to leave its box"
@@ -90,7 +93,7 @@ class SteeringRate(FootConstraint):
 
 
 class StanceSpeed(FootConstraint):
-    """|v_i| ≤ v_max in stance."""
+    """|v_i| ≤ v_max in stance, along the ground."""
 
     name = "stance_speed"
     sentence = "the wheel would have to roll faster"
@@ -107,7 +110,7 @@ class StanceSpeed(FootConstraint):
         return -limit, limit
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
-        return foot.speed
+        return foot.surface_speed
 
 
 class SwingSpeed(FootConstraint):

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.angles import turned
-from rollgait.errors import MISSING, InputError, UnknownNameError
+from rollgait.errors import InputError, UnknownNameError
+from rollgait.footing.footing import Footing
 from rollgait.ocp import boundary, contact, costs, friction, limb, limits
 from rollgait.ocp.lift import lift
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
@@ -19,6 +20,10 @@ from rollgait.polynomials import HEIGHT_POINTS, gauss_points
 from rollgait.robot.robot import Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
+
+if TYPE_CHECKING:
+    from rollgait.footing.on_terrain import OnTerrain
+    from rollgait.plan.samples import Samples
 
 Array = NDArray[np.float64]
 
@@ -45,22 +50,25 @@ class Problem:
         terms: costs and constraints; the dynamics and the start are the transcription's.
         start: the state at t = 0.
         schedule: which foot is on the ground when, on the mesh on which the problem is solved.
+        footing: the ground under each foot in each interval.
+        terrain: the ways of the feet over ground that is not flat; None where it is.
     """
 
     scenario: Scenario
     terms: tuple[Term, ...]
     start: StartState
     schedule: ContactSchedule
+    footing: Footing
+    terrain: OnTerrain | None = None
 
     @property
     def robot(self) -> Robot:
         """The robot, with the feet that the gait gives it."""
         return self.scenario.body
 
-    @property
-    def friction(self) -> float:
-        """μ of the ground."""
-        return self.scenario.ground.friction
+    def friction_at(self, leg: int) -> Array:
+        """μ under a foot in each interval, (N,)."""
+        return np.asarray(self.footing.friction[leg])
 
     def bound(self, name: str) -> Any:
         """A bound of the scenario or its profile, by its key; None if there is none."""
@@ -90,16 +98,34 @@ class Problem:
 
     @cached_property
     def goals(self) -> Array:
-        """Goal pose (x, y, z, yaw, pitch, roll) of each interval, shape (6, N): that of its middle."""
-        return self.scenario.goal_at(self.schedule.mesh.middles).T
+        """Goal pose (x, y, z, yaw, pitch, roll) of each interval, shape (6, N): that of its middle.
+
+        Height and tilt are those that the ground asks for there and then.
+        """
+        goals = self.scenario.goal_at(self.schedule.mesh.middles).T
+        if not self.footing.is_flat:
+            middle = 0.5 * (self.footing.base[:-1] + self.footing.base[1:])
+            goals[2] = middle[:, 0] + self.robot.height
+            goals[4:] = middle[:, 1:].T
+        return goals
 
     @cached_property
     def lift_rate(self) -> Array:
         """Vertical speed of the smooth lift at the height points, shape (points, 4, N), m/s."""
         h = self.schedule.lengths[:, None]
         times = self.schedule.node_times[:-1, None] + h * gauss_points(HEIGHT_POINTS)
-        rate = lift(self.schedule, self.scenario.clearance, times.ravel())[1]
+        rate = lift(self.schedule, self.scenario.clearance, times.ravel(), self.footing.swings)[1]
         return np.moveaxis(rate.reshape(*times.shape, 4), 0, -1)
+
+    def remeshed(self, schedule: ContactSchedule, motion: Callable[[Array], Samples]) -> Problem:
+        """The same problem on another mesh of the same contacts, with the ground about a motion."""
+        if self.terrain is None:
+            footing = Footing.flat(self.footing.level, self.scenario.ground.friction, schedule.intervals)
+            return replace(self, schedule=schedule, footing=footing)
+        terrain = self.terrain.on(schedule)
+        return replace(
+            self, schedule=schedule, terrain=terrain, footing=terrain.around(motion(schedule.node_times))
+        )
 
 
 def make_problem(
@@ -113,11 +139,11 @@ def make_problem(
         schedule: the contacts, on another mesh than the scenario's own.
 
     Raises:
-        InputError: the scenario contradicts itself, its ground is not flat, a name is there twice,
-            `bounds.without` names no term, or the schedule has another horizon.
+        InputError: the scenario contradicts itself, a name is there twice, `bounds.without` names no term, or
+            the schedule has another horizon.
+        NotSolvedError: on the ground a foot has no place to stand.
     """
     scenario.check()
-    _require_flat(scenario)
     schedule = scenario.schedule if schedule is None else schedule
     if not np.isclose(schedule.horizon, scenario.horizon, rtol=HORIZON_TOLERANCE):
         rule = f"must have the scenario's horizon of {scenario.horizon:g} s"
@@ -131,14 +157,16 @@ def make_problem(
         if name not in names:
             raise UnknownNameError("bounds.without", name, names, "is no term of this problem")
     kept = tuple(term for term in terms if term.name not in scenario.bounds.without)
-    return Problem(scenario, kept, start_state(scenario), schedule)
+    ground = scenario.ground
+    if ground.kind == "flat":
+        footing = Footing.flat(ground.height, ground.friction, schedule.intervals)
+        return Problem(scenario, kept, start_state(scenario), schedule, footing)
+    from rollgait.footing.on_terrain import find_ways, standing_start  # here: it needs SciPy
 
-
-def _require_flat(scenario: Scenario) -> None:
-    """Raises `InputError` unless the ground is a plane: the terms know no other."""
-    kind = scenario.ground.kind
-    if kind != "flat":
-        raise InputError(f"ground.{kind}", MISSING, "is not planned on yet: only flat ground is")
+    terrain = find_ways(scenario, schedule)
+    base, p_foot = standing_start(scenario)
+    start = StartState(base, np.zeros(6), p_foot, base[3] + scenario.start_headings())
+    return Problem(scenario, kept, start, schedule, terrain.footing, terrain)
 
 
 def standard_terms(scenario: Scenario) -> list[Term]:
@@ -169,6 +197,7 @@ ALL_CONSTRAINTS: tuple[type[Constraint] | type[FootConstraint], ...] = (
     contact.SwingForce,
     contact.Clearance,
     contact.AboveGround,
+    contact.Foothold,
     friction.Friction,
     friction.ForceLimits,
     limits.Box,

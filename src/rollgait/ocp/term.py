@@ -53,9 +53,8 @@ class Context(Protocol):
     def goals(self) -> Array:
         """Wanted pose (x, y, z, yaw, pitch, roll) of each interval, (6, N), m and rad."""
 
-    @property
-    def friction(self) -> float:
-        """μ that forces may use."""
+    def friction_at(self, leg: int) -> ArrayLike:
+        """μ that the force of a foot may use: one for all the horizon, or by interval, (N,)."""
 
     def bound(self, name: str) -> Any:
         """A bound by its key, as the scenario or the settings have it; None if there is none."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.dynamics.ground import FootGround
 from rollgait.dynamics.step import POINTS, Figures, FootInput, FootState, State, euler_rate, step
 from rollgait.plan.samples import Array, Samples
 from rollgait.plan.trajectory import Trajectory, feet_in_world
@@ -23,12 +25,13 @@ class CondensedTrajectory(Trajectory):
         lengths: h of each interval, (N,), s.
         r, theta, dr: of the CoM and the base at the beginning of each interval, (N, 3), m, rad, m/s.
         L: angular momentum about the CoM, (N, 3), N·m·s.
-        foot_xy: contact points, (N, 4, 2), m.
+        foot_xy: lowest points of the feet, (N, 4, 2), m.
         foot_z: their heights, (N, 4), m.
         heading: σ of steerable wheels, (N, 4), rad.
         force: (N, 4, 3), N.
         motion: planar inputs of the feet, (N, 4, 2), as in `CollocationTrajectory`.
-        lift_rate: ṗz at the two height points, (N, 4, 2), m/s.
+        lift_rate: how fast feet rise above the ground at the two height points, (N, 4, 2), m/s.
+        ground: under each foot, `Footing.numbers()`, (N, 4, 10).
     """
 
     kind: ClassVar[str] = "condensed"
@@ -44,6 +47,7 @@ class CondensedTrajectory(Trajectory):
     force: Array
     motion: Array
     lift_rate: Array
+    ground: Array
 
     def sample(self, times: Array, robot: Robot) -> Samples:
         k, tau = self.mesh.place_of(times)
@@ -67,13 +71,19 @@ class CondensedTrajectory(Trajectory):
             FootInput(list(self.force[k, i].T), list(self.motion[k, i].T), self._rates(k, i, tau))
             for i in range(4)
         ]
-        x, _ = step(np, begin, inputs, tau * self.lengths[k], figures)
+        grounds = None if self.is_flat else self._grounds(k, robot)
+        x, _ = step(np, begin, inputs, tau * self.lengths[k], figures, grounds)
         theta = np.stack(x.theta, axis=-1)
         theta_rate = np.stack(euler_rate(np, x.theta, x.L, figures), axis=-1)
         heading = np.stack([np.broadcast_to(foot.sigma, times.shape) for foot in x.feet], axis=-1)
         foot = feet_in_world(robot, self.motion[k], heading, theta[:, 0], theta_rate[:, 0])
         position = np.stack([np.stack(f.p, axis=-1) for f in x.feet], axis=1)
         lift = np.stack([self._rate_at(k, i, tau) for i in range(4)], axis=-1)
+        if grounds is not None:
+            for i, ground in enumerate(grounds):
+                lift[:, i] += (
+                    np.stack(ground.slope(position[:, i].T), axis=-1) * foot.velocity_xy[:, i]
+                ).sum(-1)
         return Samples(
             time=times,
             com_position=np.stack(x.r, axis=-1),
@@ -89,8 +99,22 @@ class CondensedTrajectory(Trajectory):
             contact=self.contact[k],
         )
 
+    @cached_property
+    def is_flat(self) -> bool:
+        """Whether the ground under all feet is one level plane."""
+        ground = self.ground
+        return bool((ground[..., 2] == ground[0, 0, 2]).all() and not ground[..., 3:].any())
+
+    def _grounds(self, k: NDArray[np.intp], robot: Robot) -> list[FootGround]:
+        """The ground under each foot in intervals (n,)."""
+        numbers = self.ground[k]
+        return [
+            FootGround(list(numbers[:, i, :8].T), list(numbers[:, i, 8:].T), leg.foot_radius)
+            for i, leg in enumerate(robot.leg_list)
+        ]
+
     def _rate_at(self, k: NDArray[np.intp], leg: int, tau: Array) -> Array:
-        """ṗz at the fraction τ: linear through the two height points."""
+        """How fast a foot rises at the fraction τ: linear through the two height points."""
         c1, c2 = POINTS
         first, second = self.lift_rate[k, leg].T
         return np.asarray(((tau - c2) * first - (tau - c1) * second) / (c1 - c2))
@@ -108,4 +132,5 @@ class CondensedTrajectory(Trajectory):
             **dict.fromkeys(("foot_z", "heading"), ("f", (count, 4))),
             "force": ("f", (count, 4, 3)),
             **dict.fromkeys(("motion", "lift_rate"), ("f", (count, 4, 2))),
+            "ground": ("f", (count, 4, 10)),
         }

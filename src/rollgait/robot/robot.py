@@ -93,7 +93,7 @@ class Leg(Config):
     stance: Vector3
     """p̄: nominal contact point from the CoM, base-yaw frame, m."""
     wheel_radius: Positive | None = None
-    """R, m; none for a point foot."""
+    """R, m; of a point foot that of its ball, 0 if none is given."""
     heading: Number = 0.0
     """Of a fixed wheel: its constant heading in the base-yaw frame, rad."""
     steering: Range = (-np.pi / 2, np.pi / 2)
@@ -106,6 +106,11 @@ class Leg(Config):
     """Limit of the normal contact force, N."""
     limb: Limb | None = None
     """Figures of the joints, for the executable profile."""
+
+    @property
+    def foot_radius(self) -> float:
+        """R of the wheel, or of the ball of a point foot, m."""
+        return self.wheel_radius or 0.0
 
     @model_validator(mode="after")
     def _is_complete(self) -> Leg:

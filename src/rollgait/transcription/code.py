@@ -17,7 +17,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.dynamics.ground import MODEL_SIZE, FootGround
 from rollgait.errors import InputError
+from rollgait.footing.footing import FEET, LEAVE_SIZE
 from rollgait.ocp.instant import Body, Instant
 from rollgait.ocp.term import Cost, Place
 from rollgait.transcription.uses import BODY_SIZES, Outline, TermUse
@@ -158,7 +160,9 @@ class StageSymbols:
             heading_offset=p["heading_offset"],
             interval=p["interval"],
             ground=p["ground"],
+            terrain=_terrain(p),
         )
+        self.leaves = _leaves(p)
         self.inertia_inverse = symmetric(p["inertia_inverse"])
 
     def symbol(self, name: str, size: int) -> ca.SX:
@@ -281,6 +285,28 @@ class StageSymbols:
             groups=tuple(self._groups),
             cost_names=tuple(self._costs),
         )
+
+
+def _terrain(p: Mapping[str, ca.SX]) -> tuple[FootGround, ...] | None:
+    """The ground under each foot, where a stage knows of more than its height."""
+    if "ground_model" not in p:
+        return None
+    models = ca.vertsplit(p["ground_model"], MODEL_SIZE)
+    slopes = ca.vertsplit(p["contact_slope"], 2)
+    return tuple(
+        FootGround(ca.vertsplit(models[i]), ca.vertsplit(slopes[i]), p["foot_radius"][i]) for i in range(FEET)
+    )
+
+
+def _leaves(p: Mapping[str, ca.SX]) -> tuple[FootGround, ...] | None:
+    """By how much the ground of the interval lies above that of the next, about the place of its model."""
+    if "ground_leave" not in p:
+        return None
+    models, leaves = ca.vertsplit(p["ground_model"], MODEL_SIZE), ca.vertsplit(p["ground_leave"], LEAVE_SIZE)
+    return tuple(
+        FootGround([*ca.vertsplit(models[i][:2]), *ca.vertsplit(leaves[i])], [0.0, 0.0], 0.0)
+        for i in range(FEET)
+    )
 
 
 def symmetric(upper: ca.SX) -> ca.SX:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.dynamics.rigid_body import momentum_rate, torque_about_com
+from rollgait.errors import InputError
 from rollgait.ocp.instant import Inputs, Instant, make_instant
 from rollgait.ocp.problem import Problem
 from rollgait.ocp.term import Place
@@ -61,7 +62,14 @@ class Collocation:
 
 
 def transcribe(problem: Problem, store: CodeStore | None = None) -> Collocation:
-    """The problem as an NLP by collocation; `store` keeps the code of its stages."""
+    """The problem as an NLP by collocation; `store` keeps the code of its stages.
+
+    Raises:
+        InputError: the ground is not flat, which only the condensed transcription knows.
+    """
+    if not problem.footing.is_flat:
+        rule = "plans on flat ground only; on other ground: condensed"
+        raise InputError("transcription", "collocation", rule)
     layout = _layout(problem.robot)
     count = problem.schedule.intervals
     node, interval = layout.node.size, layout.node.size + layout.inner.size
@@ -311,8 +319,9 @@ def _encode(problem: Problem, motion: MotionGuess) -> Array:
     middle = motion(schedule.mesh.middles)
     end = motion(np.array([schedule.horizon]))
     states = _state_rows(layout, at_support).reshape(count, STATE_POINTS + 1, -1)
-    heights = at_support.foot_position[:, :, 2].reshape(count, STATE_POINTS + 1, FEET)[:, 0]
-    inner_heights = at_height.foot_position[:, :, 2].reshape(count, -1)
+    ground = problem.footing.level
+    heights = at_support.foot_position[:, :, 2].reshape(count, STATE_POINTS + 1, FEET)[:, 0] - ground
+    inner_heights = at_height.foot_position[:, :, 2].reshape(count, -1) - ground
     rates = at_height.foot_velocity[:, :, 2].reshape(count, -1)
     rows = np.hstack(
         [
@@ -325,7 +334,7 @@ def _encode(problem: Problem, motion: MotionGuess) -> Array:
             rates,
         ]
     )
-    last = np.concatenate([_state_rows(layout, end)[0], end.foot_position[0, :, 2]])
+    last = np.concatenate([_state_rows(layout, end)[0], end.foot_position[0, :, 2] - ground])
     return np.concatenate([rows.ravel(), last])
 
 
@@ -334,7 +343,13 @@ def _start_values(problem: Problem, layout: _Layouts) -> Array:
     start = problem.start
     sigma = start.heading[list(layout.steerable)]
     return np.concatenate(
-        [start.base, start.base_rate, start.p_foot[:, :2].ravel(), sigma, start.p_foot[:, 2]]
+        [
+            start.base,
+            start.base_rate,
+            start.p_foot[:, :2].ravel(),
+            sigma,
+            start.p_foot[:, 2] - problem.footing.level,
+        ]
     )
 
 
@@ -361,7 +376,8 @@ def _decode(problem: Problem, variables: Array) -> CollocationTrajectory:
         base_rate=states[:, :, layout.state["base_rate"]].copy(),
         foot_xy=states[:, :, layout.state["xy"]].reshape(count, STATE_POINTS + 1, FEET, 2).copy(),
         heading=heading,
-        foot_z=np.concatenate(
+        foot_z=problem.footing.level
+        + np.concatenate(
             [nodes[:, None, node["z"]], rest[:, inner["heights"]].reshape(count, HEIGHT_POINTS, FEET)], axis=1
         ),
         force=rest[:, inner["force"]].reshape(count, FEET, 3) * problem.robot.weight,

@@ -1,9 +1,10 @@
 """A condensed transcription of the same problem: multiple shooting with one cheap step per interval.
 
-State (r, θ, ṙ, L, feet) with the angular momentum L in place of θ̇, inputs constant in an interval, and
-x⁺ = F(x, u) by `dynamics.step`. Costs are integrated by the midpoint rule (Simpson's where feet step freely).
-Constraints hold at nodes, tightened by what may happen between them. The inputs of the interval before are
-part of the state, as the cost of force changes and the bound of accelerations need them.
+State (r, θ, ṙ, L, feet) with the angular momentum L in place of θ̇, the height ζ of a foot above the ground
+in place of its z, inputs constant in an interval, and x⁺ = F(x, u) by `dynamics.step`. Costs are integrated
+by the midpoint rule (Simpson's where feet step freely). Constraints hold at nodes, tightened by what may
+happen between them. The inputs of the interval before are part of the state, as the cost of force changes
+and the bound of accelerations need them.
 
 Variables of an interval: its node (state), then its inputs; at the end of the horizon a last node. That
 order, and rows that define the next node before the others, is what a structure-exploiting solver wants.
@@ -22,7 +23,6 @@ from numpy.typing import NDArray
 from rollgait.dynamics.step import (
     POINTS,
     FootInput,
-    FootState,
     State,
     angular_momentum,
     step,
@@ -140,16 +140,16 @@ class _Scaled:
         self.momentum = (body.inertia[0, 0] + body.inertia[1, 1] + body.inertia[2, 2]) / 3.0
 
 
-def _state_of(layout: _Layouts, node: ca.SX, scaled: _Scaled) -> State:
-    return state_of(layout, node, scaled.momentum, node[layout.node["z"]])
+def _state_of(layout: _Layouts, node: ca.SX, scaled: _Scaled, body: Body) -> State:
+    return state_of(layout, node, scaled.momentum, node[layout.node["z"]], body)
 
 
-def _node_of(layout: _Layouts, x: State, inputs: ca.SX, scaled: _Scaled) -> ca.SX:
-    """The node vector of a state that follows an interval with these inputs."""
+def _node_of(layout: _Layouts, x: State, heights: Sequence[ca.SX], inputs: ca.SX, scaled: _Scaled) -> ca.SX:
+    """The node vector of a state, and heights of the feet, that follow an interval with these inputs."""
     motion = inputs[layout.inputs["motion"]]
     return ca.vertcat(
         *state_entries(layout, x, scaled.momentum),
-        *(foot.p[2] for foot in x.feet),
+        *heights,
         inputs[layout.inputs["force"]],
         *(motion[j] for j in layout.previous),
     )
@@ -172,12 +172,19 @@ class _Interval:
             [groups["lift_rate"][2 * i : 2 * i + 2] for i in range(FEET)],
         )
         self.previous = self._previous_inputs()
-        self.begin = _state_of(layout, self.node, self.scaled)
+        self.begin = _state_of(layout, self.node, self.scaled, body)
+        self.height = ca.vertsplit(self.node[layout.node["z"]])
         feet = [
             FootInput(ca.vertsplit(f), ca.vertsplit(m), ca.vertsplit(w))
             for f, m, w in zip(self.inputs.force, self.inputs.motion, self.inputs.lift_rate, strict=True)
         ]
-        self.end, self.middle = step(ca, self.begin, feet, body.interval, self.robot)
+        self.end, self.middle = step(ca, self.begin, feet, body.interval, self.robot, body.terrain)
+        self.next_height = self.heights_at(1.0)
+        if symbols.leaves is not None:
+            self.next_height = [
+                z + leaves.height(foot.p)
+                for z, leaves, foot in zip(self.next_height, symbols.leaves, self.end.feet, strict=True)
+            ]
 
     @property
     def y(self) -> ca.SX:
@@ -196,20 +203,19 @@ class _Interval:
 
     def instant(self, x: State, tau: float, height_point: int | None = None) -> Instant:
         """The instant of a state at the fraction τ of the interval."""
-        rates = _rate_at(self.inputs.lift_rate, tau)
-        return instant_of(self.body, self.robot, x, rates, self.inputs, self.previous, height_point)
+        height, rates = self.heights_at(tau), _rate_at(self.inputs.lift_rate, tau)
+        inputs, previous = self.inputs, self.previous
+        return instant_of(self.body, self.robot, x, height, rates, inputs, previous, height_point)
+
+    def heights_at(self, tau: float) -> list[ca.SX]:
+        """Heights of the feet above the ground at the fraction τ of the interval."""
+        h, weights = self.body.interval, ca.DM(_height_integrals(tau))
+        lifts = self.inputs.lift_rate
+        return [z + h * ca.dot(weights, lift) for z, lift in zip(self.height, lifts, strict=True)]
 
     def at_height_point(self, j: int) -> Instant:
         """The instant at a height point (only the height and its rate are those of the point)."""
-        h, weights = self.body.interval, _height_integrals(HEIGHT.points[j])
-        feet = tuple(
-            FootState(
-                [*foot.p[:2], foot.p[2] + h * ca.dot(ca.DM(weights), self.inputs.lift_rate[i])], foot.sigma
-            )
-            for i, foot in enumerate(self.begin.feet)
-        )
-        x = State(self.begin.r, self.begin.theta, self.begin.dr, self.begin.L, feet)
-        return self.instant(x, float(HEIGHT.points[j]), j)
+        return self.instant(self.begin, float(HEIGHT.points[j]), j)
 
 
 @dataclass(frozen=True)
@@ -230,7 +236,7 @@ class _IntervalStage:
     def write(self, symbols: StageSymbols) -> ca.SX:
         layout = self.layout
         interval = _Interval(symbols, layout)
-        node_end = _node_of(layout, interval.end, interval.u, interval.scaled)
+        node_end = _node_of(layout, interval.end, interval.next_height, interval.u, interval.scaled)
         gap, at_end = interval.next_node - node_end, Place.INTERVAL_END.name
         symbols.add_rows(gap[: layout.last], "dynamics", at_end)
         symbols.add_rows(gap[layout.last :], "dynamics", at_end, source=CARRIED)
@@ -265,9 +271,12 @@ class _EndStage:
 
     def write(self, symbols: StageSymbols) -> ca.SX:
         node = ca.SX.sym("node", self.layout.last)
-        x = _state_of(self.layout, node, _Scaled(symbols.body))
-        none = [ca.SX.nan(1)] * FEET
-        instant = instant_of(symbols.body, figures(symbols), x, none, Inputs.none(), Inputs.none())
+        body, none = symbols.body, [ca.SX.nan(1)] * FEET
+        x, height = (
+            _state_of(self.layout, node, _Scaled(body), body),
+            ca.vertsplit(node[self.layout.node["z"]]),
+        )
+        instant = instant_of(body, figures(symbols), x, height, none, Inputs.none(), Inputs.none())
         symbols.add_costs([instant], np.ones(1), terminal=True)
         symbols.add_constraints({Place.TERMINAL: [instant]})
         return node
@@ -291,10 +300,14 @@ def _height_integrals(tau: float) -> Array:
 def _encode(problem: Problem, motion: MotionGuess) -> Array:
     layout, schedule, robot = _layout(problem.robot), problem.schedule, problem.robot
     count, h, begins = schedule.intervals, schedule.lengths[:, None], schedule.node_times[:-1]
-    nodes = _node_rows(layout, motion(schedule.node_times), robot)
+    nodes = _node_rows(layout, motion(schedule.node_times), problem)
     middle = motion(schedule.mesh.middles)
     at_height = motion((begins[:, None] + h * HEIGHT.points).ravel())
-    rates = at_height.foot_velocity[:, :, 2].reshape(count, len(POINTS), FEET).swapaxes(1, 2)
+    interval = np.repeat(np.arange(count), len(POINTS))
+    climb = problem.footing.climb(
+        interval, at_height.foot_position[..., :2], at_height.foot_velocity[..., :2]
+    )
+    rates = (at_height.foot_velocity[:, :, 2] - climb).reshape(count, len(POINTS), FEET).swapaxes(1, 2)
     force = (middle.force / robot.weight).reshape(count, -1)
     motions = motion_inputs(robot, middle).reshape(count, -1)
     previous = np.hstack([force, motions[:, list(layout.previous)]])
@@ -303,8 +316,10 @@ def _encode(problem: Problem, motion: MotionGuess) -> Array:
     return np.concatenate([rows.ravel(), nodes[-1]])
 
 
-def _node_rows(layout: _Layouts, s: Samples, robot: Robot) -> Array:
-    """States without the previous inputs, one row for each sample."""
+def _node_rows(layout: _Layouts, s: Samples, problem: Problem) -> Array:
+    """States at the nodes without the previous inputs, one row for each."""
+    robot, nodes = problem.robot, np.arange(len(s.time))
+    ground = problem.footing.height(np.minimum(nodes, nodes[-1] - 1), s.foot_position[..., :2])
     L = angular_momentum(np, list(s.euler.T), list(s.euler_rate.T), list(robot.inertia_matrix))
     return np.hstack(
         [
@@ -314,7 +329,7 @@ def _node_rows(layout: _Layouts, s: Samples, robot: Robot) -> Array:
             s.com_velocity,
             s.foot_position[:, :, :2].reshape(len(s.time), -1),
             s.heading[:, list(layout.steerable)],
-            s.foot_position[:, :, 2],
+            s.foot_position[:, :, 2] - ground,
         ]
     )
 
@@ -331,7 +346,7 @@ def _start_values(problem: Problem, layout: _Layouts) -> Array:
             start.base_rate[:3],
             start.p_foot[:, :2].ravel(),
             start.heading[list(layout.steerable)],
-            start.p_foot[:, 2],
+            start.p_foot[:, 2] - problem.footing.height(np.zeros(1, dtype=int), start.p_foot[None, :, :2])[0],
             np.zeros(layout.node.size - layout.last),
         ]
     )
@@ -343,6 +358,8 @@ def _decode(problem: Problem, variables: Array) -> CondensedTrajectory:
     nodes, inputs = rows[:, : layout.node.size], rows[:, layout.node.size :]
     heading = np.zeros((count, FEET))
     heading[:, list(layout.steerable)] = nodes[:, layout.node["sigma"]]
+    foot_xy = nodes[:, layout.node["xy"]].reshape(count, FEET, 2)
+    ground = problem.footing.height(np.arange(count), foot_xy)
     values: dict[str, Any] = {
         "contact": problem.schedule.contact.T,
         "lengths": problem.schedule.lengths,
@@ -350,8 +367,9 @@ def _decode(problem: Problem, variables: Array) -> CondensedTrajectory:
         "theta": nodes[:, layout.node["theta"]],
         "dr": nodes[:, layout.node["dr"]],
         "L": nodes[:, layout.node["L"]] * robot.mean_inertia,
-        "foot_xy": nodes[:, layout.node["xy"]].reshape(count, FEET, 2),
-        "foot_z": nodes[:, layout.node["z"]],
+        "foot_xy": foot_xy,
+        "foot_z": ground + nodes[:, layout.node["z"]],
+        "ground": problem.footing.numbers(),
         "heading": heading,
         "force": inputs[:, layout.inputs["force"]].reshape(count, FEET, 3) * robot.weight,
         "motion": inputs[:, layout.inputs["motion"]].reshape(count, FEET, 2),

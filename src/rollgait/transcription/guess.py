@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,9 @@ from rollgait.ocp.problem import Problem
 from rollgait.plan.samples import Samples
 from rollgait.robot.robot import Robot
 from rollgait.transcription.headings import headings_along, rate_limited
+
+if TYPE_CHECKING:
+    from rollgait.footing.route import Route
 
 Array = NDArray[np.float64]
 MotionGuess = Callable[[Array], Samples]
@@ -56,8 +60,14 @@ class _Guess:
     def __post_init__(self) -> None:
         schedule = self.problem.schedule
         self.grid = np.linspace(0.0, schedule.horizon, GRID * schedule.intervals + 1)
-        self.base, self.base_rate = self._base_path(self.grid)
-        self.foot = np.stack([self._foot_path(leg) for leg in range(4)], axis=1)
+        terrain = self.problem.terrain
+        if terrain is None:
+            self.base, self.base_rate = self._base_path(self.grid)
+            self.foot = np.stack([self._foot_path(leg) for leg in range(4)], axis=1)
+        else:
+            self.base = self._base_on_terrain(self.grid, terrain.route)
+            self.base_rate = np.gradient(self.base, self.grid, axis=0)
+            self.foot = _interpolate(self.grid, terrain.route.times, terrain.route.feet)
         self.foot_rate = np.gradient(self.foot, self.grid, axis=0)
         self.heading = self._heading_paths()
         self.heading_rate = np.gradient(self.heading, self.grid, axis=0)
@@ -86,6 +96,16 @@ class _Guess:
         pose[:, aside] += np.sin(phase)[:, None] ** 2 * self.detour
         rate[:, aside] += (np.sin(2.0 * phase) * np.pi / ends[-1])[:, None] * self.detour
         return pose, rate
+
+    def _base_on_terrain(self, times: Array, route: Route) -> Array:
+        """(r, θ) at times, (n, 6): the route's, as high and tilted as the ground asks for."""
+        nodes = self.problem.schedule.node_times
+        ground, pitch, roll = (np.interp(times, nodes, column) for column in self.problem.footing.base.T)
+        x, y, yaw = _interpolate(times, route.times, route.base).T
+        z = ground + self.problem.robot.height
+        phase = np.sin(np.pi * times / nodes[-1]) ** 2
+        aside = self.detour[:, None] * phase
+        return np.stack([x + aside[0], y + aside[1], z, yaw + aside[2], pitch, roll], axis=-1)
 
     def _duration(self, change: Array, available: float) -> float:
         """Time for a change of pose, s: feet that step take all there is, wheels hurry as the cost asks."""
@@ -154,14 +174,18 @@ class _Guess:
 
     def __call__(self, times: Array) -> Samples:
         problem = self.problem
-        base, base_rate = self._base_path(times)
+        if problem.terrain is None:
+            base, base_rate = self._base_path(times)
+        else:
+            base, base_rate = (_interpolate(times, self.grid, v) for v in (self.base, self.base_rate))
         xy, xy_rate = (
             _interpolate(times, self.grid, self.foot),
             _interpolate(times, self.grid, self.foot_rate),
         )
         heading = _interpolate(times, self.grid, self.heading)
-        height, height_rate = lift(problem.schedule, problem.scenario.clearance, times)
-        contact = problem.schedule.contact[:, problem.schedule.mesh.interval_at(times)].T
+        interval = problem.schedule.mesh.interval_at(times)
+        height, height_rate = self._heights(times, interval, xy, xy_rate)
+        contact = problem.schedule.contact[:, interval].T
         along = xy_rate[:, :, 0] * np.cos(heading) + xy_rate[:, :, 1] * np.sin(heading)
         rolls = np.array([leg.foot != "point" for leg in problem.robot.leg_list])
         steers = np.array([leg.foot == "steerable" for leg in problem.robot.leg_list])
@@ -172,7 +196,7 @@ class _Guess:
             euler=base[:, 3:],
             com_velocity=base_rate[:, :3],
             euler_rate=base_rate[:, 3:],
-            foot_position=np.concatenate([xy, (problem.scenario.ground.height + height)[..., None]], axis=-1),
+            foot_position=np.concatenate([xy, height[..., None]], axis=-1),
             foot_velocity=np.concatenate([xy_rate, height_rate[..., None]], axis=-1),
             heading=heading,
             heading_rate=np.where(steers, _interpolate(times, self.grid, self.heading_rate), 0.0),
@@ -180,6 +204,26 @@ class _Guess:
             force=self._static_forces(base, xy, contact),
             contact=contact,
         )
+
+    def _heights(
+        self, times: Array, interval: NDArray[np.intp], xy: Array, rate: Array
+    ) -> tuple[Array, Array]:
+        """Heights of the feet in the world and their rates, each (n, 4)."""
+        problem, footing = self.problem, self.problem.footing
+        lifts, lift_rates = lift(problem.schedule, problem.scenario.clearance, times, footing.swings)
+        z = footing.height(interval, xy) + lifts
+        z_rate = footing.climb(interval, xy, rate) + lift_rates
+        nodes = problem.schedule.node_times
+        for swing in footing.swings:
+            if not swing.over:
+                continue
+            begin, end = nodes[[swing.lift_off, swing.touch_down]]
+            inside = (times > begin) & (times < end)
+            middle = 0.5 * (begin + end)
+            below = np.where(times[inside] < middle, swing.before, swing.after)
+            z[inside, swing.leg] = below + lifts[inside, swing.leg]
+            z_rate[inside, swing.leg] = lift_rates[inside, swing.leg]
+        return z, z_rate
 
     def _static_forces(self, base: Array, xy: Array, contact: NDArray[np.bool_]) -> Array:
         """Forces of standing still on the feet that are down, (n, 4, 3), none pulling."""

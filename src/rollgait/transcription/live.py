@@ -179,11 +179,12 @@ class _Symbols:
         self.body, self.figures = symbols.body, figures(symbols)
         inertia = symbols["inertia"]
         self.momentum = (inertia[0] + inertia[3] + inertia[5]) / 3.0
-        self.foot_z = symbols["foot_z"]
+        self.foot_height = symbols["foot_height"]
 
     def instant(self, x: State, inputs: Inputs) -> Instant:
         """The instant of a state; how fast feet rise is known, and no term asks for it."""
-        return instant_of(self.body, self.figures, x, [ca.SX(0)] * FEET, inputs, Inputs.none())
+        height = ca.vertsplit(self.foot_height)
+        return instant_of(self.body, self.figures, x, height, [ca.SX(0)] * FEET, inputs, Inputs.none())
 
 
 @dataclass(frozen=True)
@@ -197,7 +198,7 @@ class _IntervalStage:
     only_at_nodes: ClassVar[bool] = True
     worth_compiling: ClassVar[bool] = True
     extra: ClassVar[Sequence[tuple[str, int]]] = (
-        ("foot_z", FEET),
+        ("foot_height", FEET),
         ("stands", FEET),
         ("moves", 2 * FEET),
         ("lift_rate", 2 * FEET),
@@ -220,7 +221,7 @@ class _IntervalStage:
         stands, moves, lift_rate = symbols["stands"], symbols["moves"], symbols["lift_rate"]
         effective = [stands[i] * force[3 * i : 3 * i + 3] for i in range(FEET)]
         motions = [moves[2 * i : 2 * i + 2] * motion[2 * i : 2 * i + 2] for i in range(FEET)]
-        begin = state_of(layout, node, own.momentum, own.foot_z)
+        begin = state_of(layout, node, own.momentum, own.foot_height, own.body)
         feet = [
             FootInput(
                 ca.vertsplit(body.weight * effective[i]),
@@ -229,7 +230,7 @@ class _IntervalStage:
             )
             for i in range(FEET)
         ]
-        end, middle = step(ca, begin, feet, h, own.figures)
+        end, middle = step(ca, begin, feet, h, own.figures, body.terrain)
         reached = ca.vertcat(*state_entries(layout, end, own.momentum), force, motion[0::2])
         symbols.add_rows(following - reached, "dynamics", Place.INTERVAL_END.name)
 
@@ -271,7 +272,7 @@ class _EndStage:
     terminal: ClassVar[bool] = True
     only_at_nodes: ClassVar[bool] = False
     worth_compiling: ClassVar[bool] = True
-    extra: ClassVar[Sequence[tuple[str, int]]] = (("foot_z", FEET), ("factor", 1))
+    extra: ClassVar[Sequence[tuple[str, int]]] = (("foot_height", FEET), ("factor", 1))
 
     def outline(self, costs: Sequence[Cost], context: Any) -> Outline:
         """What the code of the stage depends on: the costs that read no inputs, which there are none of."""
@@ -283,6 +284,6 @@ class _EndStage:
     def write(self, symbols: StageSymbols) -> ca.SX:
         own = _Symbols(symbols)
         node = ca.SX.sym("node", self.layout.last)
-        x = own.instant(state_of(self.layout, node, own.momentum, own.foot_z), Inputs.none())
+        x = own.instant(state_of(self.layout, node, own.momentum, own.foot_height, own.body), Inputs.none())
         symbols.add_squares(x, symbols["factor"] * own.body.interval)
         return node

@@ -175,8 +175,13 @@ class Nlp:
             for block, keep in zip(self.blocks, self._kept, strict=True):
                 keep &= self._has_free(block, np.ones((block.function.jacobian_rows.size, 1)))
             return
-        # of what is linear, these slopes are the same everywhere; of the rest nothing is read
-        slopes = [_mapped(b.function.jacobian, b, np.zeros(b.variables.shape)) for b in self.blocks]
+        # of what is linear, these slopes are the same everywhere; of the rest only whether they are always 0
+        # is read, which at random places is told without fail
+        somewhere = np.random.default_rng(0)
+        slopes = [
+            _mapped(b.function.jacobian, b, somewhere.uniform(0.5, 1.5, b.variables.shape))
+            for b in self.blocks
+        ]
         parts = list(zip(self.blocks, self._kept, slopes, strict=True))
         while True:
             self._split(low, high)
@@ -238,7 +243,7 @@ class Nlp:
         """Which entries of the rows' Jacobian are of a free variable and not always zero, (nnz, count)."""
         f = block.function
         is_free = self._position[block.variables] < self.size
-        return np.asarray(is_free[f.jacobian_cols] & ((slopes != 0.0) | ~f.linear[:, None]))
+        return np.asarray(is_free[f.jacobian_cols] & (slopes != 0.0))
 
     def _has_free(self, block: Block, slopes: Array) -> NDArray[np.bool_]:
         """Which rows of a block depend on a free variable, (n_rows, count)."""

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rollgait.footing.footing import PARAMETERS
 from rollgait.ocp.problem import Problem
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Mask, Place
 from rollgait.robot.robot import LEG_NAMES
@@ -97,7 +98,8 @@ def make_stage(
         store: where codes are kept; None keeps them in this process only.
         own_rows: numbers of the rows that the recipe adds by itself; those not named are 0 = row, always.
     """
-    plan = outline(recipe.name, problem.terms, problem, recipe.places, recipe.terminal)
+    extra = () if problem.footing.is_flat else tuple(PARAMETERS.items())
+    plan = outline(recipe.name, problem.terms, problem, recipe.places, recipe.terminal, extra)
     code = find_code(recipe, plan, store)
     return _Filling(recipe, problem, plan).stage(code, own_rows or {})
 
@@ -190,7 +192,8 @@ def _body_numbers(problem: Problem) -> dict[str, Array]:
         "inertia_inverse": np.linalg.inv(inertia)[upper],
         "stance": robot.stance.ravel(),
         "heading_offset": [leg.heading for leg in robot.leg_list],
-        "ground": [problem.scenario.ground.height] * 4,
+        "ground": [problem.footing.level] * 4,
     }
     columns = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
-    return columns | {"interval": problem.schedule.lengths[None, :]}
+    by_interval = {"interval": problem.schedule.lengths[None, :]}
+    return columns | by_interval | ({} if problem.footing.is_flat else problem.footing.parameters())

@@ -13,17 +13,18 @@ from rollgait.transcription.code import StageSymbols
 from rollgait.transcription.layout import StageLayout
 
 
-def state_of(layout: StageLayout, node: ca.SX, momentum: ca.SX, z: ca.SX) -> State:
+def state_of(layout: StageLayout, node: ca.SX, momentum: ca.SX, height: ca.SX, body: Body) -> State:
     """The state in a node vector.
 
     Args:
         layout: of the node, with theta, L, r, dr, xy and sigma.
         node: the vector.
         momentum: unit of L in the vector, N·m·s.
-        z: heights of the contact points in the world, 4, m.
+        height: of the feet above the ground, 4, m.
+        body: knows the ground.
     """
     groups = {name: node[layout.node[name]] for name in ("theta", "L", "r", "dr", "xy", "sigma")}
-    xy, feet = groups["xy"], z.numel()
+    xy, feet = groups["xy"], height.numel()
     sigma: list[Any] = [0.0] * feet
     for number, leg in enumerate(layout.steerable):
         sigma[leg] = groups["sigma"][number]
@@ -32,7 +33,12 @@ def state_of(layout: StageLayout, node: ca.SX, momentum: ca.SX, z: ca.SX) -> Sta
         theta=ca.vertsplit(groups["theta"]),
         dr=ca.vertsplit(groups["dr"]),
         L=[momentum * c for c in ca.vertsplit(groups["L"])],
-        feet=tuple(FootState([xy[2 * i], xy[2 * i + 1], z[i]], sigma[i]) for i in range(feet)),
+        feet=tuple(
+            FootState(
+                [xy[2 * i], xy[2 * i + 1], body.ground_height(i, xy[2 * i : 2 * i + 2]) + height[i]], sigma[i]
+            )
+            for i in range(feet)
+        ),
     )
 
 
@@ -52,19 +58,24 @@ def instant_of(
     body: Body,
     robot: Figures,
     x: State,
+    height: Sequence[ca.SX],
     height_rate: Sequence[ca.SX],
     inputs: Inputs,
     previous: Inputs,
     height_point: int | None = None,
 ) -> Instant:
-    """The instant of a state; the arguments are those of `make_instant`."""
+    """The instant of a state; the arguments are those of `make_instant`.
+
+    The heights of the feet are given beside the state, which has them in the world: what is fixed at the
+    ground must be a variable and nothing else.
+    """
     return make_instant(
         body,
         robot.kinds,
         _column([*x.r, *x.theta]),
         _column([*x.dr, *euler_rate(ca, x.theta, x.L, robot)]),
         [_column(foot.p[:2]) for foot in x.feet],
-        [foot.p[2] for foot in x.feet],
+        height,
         [foot.sigma for foot in x.feet],
         height_rate,
         inputs,

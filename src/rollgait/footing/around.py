@@ -1,0 +1,167 @@
+"""The ground about a motion as numbers: models where its feet are, references of its base."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rollgait.dynamics.ground import MODEL_SIZE
+from rollgait.footing.footing import FEET, LEAVE_SIZE, Array, Footing, SwingOver
+from rollgait.footing.phases import OVER_CLEARANCE, FeetPaths, Phase, phases_of
+from rollgait.scenario.schedule import ContactSchedule
+from rollgait.terrain.convex_region import SIDES
+from rollgait.terrain.local_models import local_models
+from rollgait.terrain.references import base_reference
+from rollgait.terrain.regions import Regions
+
+
+@dataclass(frozen=True, eq=False)
+class Ways:
+    """What was decided about the feet on some ground: where each stands, and what its swings go over.
+
+    Attributes:
+        regions: of the wheel of each leg.
+        schedule: the contacts.
+        phases: of each leg, interval by interval.
+        swings: how high they go.
+    """
+
+    regions: Sequence[Regions]
+    schedule: ContactSchedule
+    phases: list[list[Phase]]
+    swings: tuple[SwingOver, ...]
+
+    @classmethod
+    def along(cls, regions: Sequence[Regions], schedule: ContactSchedule, paths: FeetPaths) -> Ways:
+        """The ways of feet that go along paths. Raises `NotSolvedError` where one has no place to stand."""
+        return cls(regions, schedule, *phases_of(regions, schedule, paths))
+
+    def on(self, schedule: ContactSchedule) -> Ways:
+        """The same on another mesh of the same contacts."""
+        origin = self.schedule.mesh.interval_at(schedule.mesh.middles)
+        first = np.searchsorted(origin, np.arange(self.schedule.intervals))
+        phases = []
+        for own in self.phases:
+            mapped = []
+            for k, old in enumerate(origin):
+                phase, stance = own[old], own[old].stance
+                if stance == old:
+                    stance = k
+                elif stance >= 0:  # the nearest of the intervals into which that one was cut
+                    stance = int(first[stance]) if stance > old else int(first[stance + 1]) - 1
+                mapped.append(Phase(phase.region, stance, phase.top))
+            phases.append(mapped)
+        node = np.append(first, schedule.intervals)
+        swings = tuple(
+            SwingOver(s.leg, int(node[s.lift_off]), int(node[s.touch_down]), s.before, s.top, s.after, s.over)
+            for s in self.swings
+        )
+        return Ways(self.regions, schedule, phases, swings)
+
+    def footing(self, paths: FeetPaths) -> Footing:
+        """The ground as numbers about a motion that goes these ways."""
+        count = self.schedule.intervals
+        model = np.zeros((FEET, count, MODEL_SIZE))
+        slope, friction = np.zeros((FEET, count, 2)), np.zeros((FEET, count))
+        A, b = np.zeros((FEET, count, SIDES, 2)), np.ones((FEET, count, SIDES))
+        floor = np.zeros((FEET, count, 2))
+        curved = False
+        for leg, (region, own) in enumerate(zip(self.regions, self.phases, strict=True)):
+            stands = self.schedule.contact[leg]
+            refs = 0.5 * (paths.xy[:-1, leg] + paths.xy[1:, leg])
+            models = local_models(region, refs[stands], 0.5 * (paths.yaw[:-1] + paths.yaw[1:])[stands])
+            numbers = np.array([m.numbers() for m in models]).reshape(-1, MODEL_SIZE)
+            curved |= any(m.curved for m in models)
+            model[leg, stands] = numbers
+            slope[leg, stands] = numbers[:, 3:5]
+            friction[leg] = region.terrain.friction_at(*refs.T)
+            for k, phase in enumerate(own):
+                if not stands[k]:
+                    model[leg, k] = _ground_in_air(phase, model[leg], refs[k], region)
+                if phase.region is not None:
+                    A[leg, k], b[leg, k] = phase.region.padded(SIDES)
+            self._raise_floor(leg, model[leg], paths.xy[:, leg], floor[leg])
+        return Footing(
+            model=model,
+            leave=_leaves(model, self.schedule),
+            contact_slope=slope,
+            friction=friction,
+            A=A,
+            b=b,
+            floor=floor,
+            swings=self.swings,
+            base=_base(model, self.schedule, self.swings, paths),
+            radius=np.array([region.surface.radius for region in self.regions]),
+            is_curved=curved,
+        )
+
+    def _raise_floor(self, leg: int, model: Array, xy: Array, floor: Array) -> None:
+        """The least heights (N, 2) of a foot, where it goes over something."""
+        for swing in self.swings:
+            if swing.leg != leg or not swing.over:
+                continue
+            inside = range(swing.lift_off, swing.touch_down)
+            above = [k for k in inside if not np.isnan(self.phases[leg][k].top)]
+            floor[above] = OVER_CLEARANCE
+            after = above[-1] + 1
+            if above[0] == swing.lift_off:  # the foot is still on the ground at its first node
+                floor[above[0], 0] = model[above[0] - 1, 2] - swing.top if above[0] else 0.0
+            if after < swing.touch_down:  # the node between belongs to both
+                floor[after, 0] = swing.top + OVER_CLEARANCE - _height(model[after], xy[after])
+
+
+def _ground_in_air(phase: Phase, model: Array, ref: Array, region: Regions) -> Array:
+    if not np.isnan(phase.top):
+        return np.array([*ref, phase.top, 0.0, 0.0, 0.0, 0.0, 0.0])
+    if phase.stance >= 0:
+        return np.asarray(model[phase.stance])
+    return np.array([*ref, float(region.surface.height(*ref)), 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+def _height(model: Array, xy: Array) -> float:
+    d = xy - model[:2]
+    xx, mixed, yy = model[5:]
+    bend = 0.5 * xx * d[0] ** 2 + mixed * d[0] * d[1] + 0.5 * yy * d[1] ** 2
+    return float(model[2] + model[3:5] @ d + bend)
+
+
+def _leaves(model: Array, schedule: ContactSchedule) -> Array:
+    """By how much the ground of each interval lies above that of the next, about the first one's place."""
+    leave = np.zeros((*model.shape[:2], LEAVE_SIZE))
+    here, there = model[:, :-1], model[:, 1:]
+    shift = here[..., :2] - there[..., :2]
+    xx, mixed, yy = np.moveaxis(there[..., 5:], -1, 0)
+    x, y = np.moveaxis(shift, -1, 0)
+    bent = np.stack([xx * x + mixed * y, mixed * x + yy * y], axis=-1)
+    height = there[..., 2] + ((there[..., 3:5] + 0.5 * bent) * shift).sum(axis=-1)
+    leave[:, :-1, 0] = here[..., 2] - height
+    leave[:, :-1, 1:3] = here[..., 3:5] - there[..., 3:5] - bent
+    leave[:, :-1, 3:] = here[..., 5:] - there[..., 5:]
+    stays = schedule.contact[:, :-1] & schedule.contact[:, 1:]
+    same = (here == there).all(axis=-1)
+    leave[:, :-1][stays | same] = 0.0
+    return leave
+
+
+def _base(model: Array, schedule: ContactSchedule, swings: tuple[SwingOver, ...], paths: FeetPaths) -> Array:
+    """Ground, pitch and roll of the base at the nodes, (N + 1, 3): feet in the air count on their way."""
+    times, count = schedule.node_times, schedule.intervals
+    under = np.empty((count + 1, FEET))
+    for leg in range(FEET):
+        for node in range(count + 1):
+            k = min(node, count - 1)
+            if node and not schedule.contact[leg, k]:
+                k = node - 1
+            under[node, leg] = _height(model[leg, k], paths.xy[node, leg])
+    for s in swings:
+        nodes = np.arange(s.lift_off, s.touch_down + 1)
+        passed = (times[nodes] - times[nodes[0]]) / (times[nodes[-1]] - times[nodes[0]])
+        under[nodes, s.leg] = s.before + passed * (s.after - s.before)
+    result = np.empty((count + 1, 3))
+    for node in range(count + 1):
+        feet = np.column_stack([paths.xy[node], under[node]])
+        reference = base_reference(feet, float(paths.yaw[node]))
+        result[node] = reference.ground, reference.pitch, reference.roll
+    return result

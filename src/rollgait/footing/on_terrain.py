@@ -1,0 +1,150 @@
+"""From a scenario on ground that is not flat to the ways of its feet. Loads SciPy; flat ground needs none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from rollgait.dynamics.step import rotation
+from rollgait.footing.around import Ways
+from rollgait.footing.footing import FEET, Array, Footing
+from rollgait.footing.phases import FeetPaths
+from rollgait.footing.route import Route, find_route
+from rollgait.ocp.lift import minimum_jerk
+from rollgait.plan.samples import Samples
+from rollgait.robot.robot import Robot
+from rollgait.scenario.scenario import Scenario
+from rollgait.scenario.schedule import ContactSchedule
+from rollgait.terrain.references import base_reference
+from rollgait.terrain.regions import Regions, regions_of
+from rollgait.terrain.terrain import Terrain
+
+GRID: Final = 4
+"""Times per interval at which a route is found: nodes are among them."""
+AROUND: Final = 1.5
+"""How far around the way of the base a map is looked at, m: what a robot of this size reaches, and its
+windows."""
+SETTLING: Final = 8
+"""How often base and feet are fitted to one another where the robot stands: each time the error falls to a
+tenth or so."""
+CRUISE: Final = 0.9
+"""Part of its top speed that the fastest wheel reaches."""
+PEAK: Final = 1.875
+"""Largest speed of a minimum-jerk path, in mean speeds."""
+SHORTEST: Final = 1.5
+"""s that wheels take for a change of pose, however small."""
+
+Window = tuple[tuple[float, float], tuple[float, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class OnTerrain:
+    """The ways of a scenario over its ground.
+
+    Attributes:
+        ways: of its feet.
+        route: of base and feet, from which they were found.
+        footing: the ground as numbers about that route.
+    """
+
+    ways: Ways
+    route: Route
+    footing: Footing
+
+    def on(self, schedule: ContactSchedule) -> OnTerrain:
+        """The same on another mesh of the same contacts."""
+        return replace(self, ways=self.ways.on(schedule))
+
+    def around(self, motion: Samples) -> Footing:
+        """The ground as numbers about a motion, sampled at the nodes."""
+        return self.ways.footing(FeetPaths(motion.foot_position[..., :2], motion.heading, motion.euler[:, 0]))
+
+
+def find_ways(scenario: Scenario, schedule: ContactSchedule) -> OnTerrain:
+    """The ways of a scenario's feet over its ground. Raises `NotSolvedError` where there are none."""
+    robot, regions = scenario.body, regions_for(scenario)
+    poses = _poses(scenario)
+    times = np.unique(np.concatenate([_between(schedule.node_times, GRID), schedule.node_times]))
+    rolls = [leg.foot != "point" for leg in robot.leg_list]
+    progress = _progress(scenario, schedule, poses, times)
+    route = find_route(times, progress, poses, robot.stance, regions, schedule, rolls)
+    nodes = np.searchsorted(route.times, schedule.node_times - 1e-12)
+    yaw = route.base[nodes, 2]
+    paths = FeetPaths(route.feet[nodes], np.repeat(yaw[:, None], FEET, axis=1), yaw)
+    ways = Ways.along(regions, schedule, paths)
+    return OnTerrain(ways, route, ways.footing(paths))
+
+
+def regions_for(scenario: Scenario) -> list[Regions]:
+    """The regions of each leg's foot on the ground of a scenario."""
+    poses = _poses(scenario)
+    low, high = poses[:, :2].min(axis=0) - AROUND, poses[:, :2].max(axis=0) + AROUND
+    window = (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
+    seen = None if scenario.terrain.planar else window  # planes are reckoned with as a whole
+    return [_regions(scenario.terrain, leg.foot_radius, seen) for leg in scenario.body.leg_list]
+
+
+@lru_cache(maxsize=4)
+def _regions(terrain: Terrain, radius: float, window: Window | None) -> Regions:
+    return regions_of(terrain, radius, window=window)
+
+
+def standing_start(scenario: Scenario) -> tuple[Array, Array]:
+    """How the robot stands at the start: see `standing`."""
+    place = np.array([scenario.start.x, scenario.start.y])
+    yaw = float(np.radians(scenario.start.yaw_deg))
+    return standing(scenario.body, regions_for(scenario), place, yaw)
+
+
+def standing(robot: Robot, regions: list[Regions], place: Array, yaw: float) -> tuple[Array, Array]:
+    """How the robot stands at a place: the base (x, y, z, yaw, pitch, roll), and its feet (4, 3), m and rad.
+
+    The base is as high over the mean ground under its feet, and tilted, as the ground asks for; the feet are
+    at their nominal places in the base frame.
+    """
+    base = np.array([*place, 0.0, yaw, 0.0, 0.0])
+    feet = np.zeros((FEET, 3))
+    for _ in range(SETTLING):
+        feet[:, :2] = base[:2] + (robot.stance @ np.array(rotation(np, list(base[3:]))).T)[:, :2]
+        feet[:, 2] = [region.surface.height(*foot[:2]) for region, foot in zip(regions, feet, strict=True)]
+        reference = base_reference(feet, yaw)
+        base[2] = reference.ground + robot.height
+        base[4:] = reference.pitch, reference.roll
+    return base, feet
+
+
+def _poses(scenario: Scenario) -> Array:
+    """Start and goals, (x, y, yaw), (g + 1, 3)."""
+    start, goal = scenario.start, scenario.goal
+    places = [(start.x, start.y, start.yaw_deg), (goal.x, goal.y, goal.yaw_deg)]
+    places += [(g.x, g.y, g.yaw_deg) for g in goal.then if g.at < scenario.horizon]
+    return np.array([[x, y, np.radians(yaw)] for x, y, yaw in places])
+
+
+def _progress(scenario: Scenario, schedule: ContactSchedule, poses: Array, times: Array) -> Array:
+    """How far the base has come at times if nothing were in its way: k at goal number k."""
+    switches = [later.at for later in scenario.goal.then if later.at < scenario.horizon]
+    borders = [0.0, *switches, schedule.horizon]
+    result = np.zeros_like(times)
+    steps = not schedule.contact.all()
+    lever = float(np.linalg.norm(scenario.body.stance[:, :2], axis=1).max())
+    for k, (begin, end) in enumerate(pairwise(borders)):
+        change = poses[k + 1] - poses[k]
+        duration = end - begin
+        if not steps:  # wheels hurry as the cost asks; who steps takes the time that the gait gives
+            way = float(np.hypot(change[0], change[1]) + lever * abs(change[2]))
+            speed = CRUISE * min(scenario.speed_max(leg) for leg in range(FEET))
+            duration = min(max(SHORTEST, PEAK * way / speed), duration)
+        result += minimum_jerk((times - begin) / duration)[0]
+    return result
+
+
+def _between(nodes: Array, parts: int) -> Array:
+    """The nodes, and the places that cut each interval into parts."""
+    share = np.arange(parts) / parts
+    inside = nodes[:-1, None] + np.diff(nodes)[:, None] * share
+    return np.append(inside.ravel(), nodes[-1])

@@ -1,0 +1,137 @@
+"""Which ground each foot has in each interval: its region while it stands, the way of a swing between two.
+
+A swing that goes over something is cut into three: it rises inside the region that it leaves, is above what
+lies between, and comes down inside the region where it lands. What it leaves and where it lands is decided
+once, from the tracks of the feet (`route.py`); how steep the ground is there may be looked up again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from rollgait.errors import NotSolvedError
+from rollgait.footing.footing import FEET, Array, SwingOver
+from rollgait.robot.robot import LEG_NAMES
+from rollgait.scenario.schedule import ContactSchedule, SwingPhase
+from rollgait.terrain.convex_region import ConvexRegion
+from rollgait.terrain.regions import Regions
+
+OVER_SHARE: Final = 0.3
+"""Part of a swing in which the foot is above what it goes over: as far as a wheel is from both its edges, it
+covers at swing speed."""
+OVER_LEAST: Final = 2
+"""Fewest intervals of it: in one alone the foot would have to be above both borders at its only two nodes."""
+OVER_CLEARANCE: Final = 0.02
+"""So far above what a foot goes over it stays, m: what tracking and the ground are wrong by."""
+BUMP: Final = 0.01
+"""What stands out of the ground between two footholds by more than this must be gone over, m."""
+ACROSS: Final = 24
+"""Places along the way of a swing at which the ground is looked up."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """What a foot does in an interval.
+
+    Attributes:
+        region: where it stays; None if it may be anywhere.
+        stance: number of the interval whose ground is its ground, if it is one of a stance near in time.
+        top: height of a level plane that is its ground instead, m; NaN if there is none.
+    """
+
+    region: ConvexRegion | None
+    stance: int
+    top: float = float("nan")
+
+
+@dataclass(frozen=True)
+class FeetPaths:
+    """Where feet are at the N + 1 nodes of a schedule.
+
+    Attributes:
+        xy: lowest points in the plane, (N + 1, 4, 2), m.
+        heading: of the wheels, (N + 1, 4), rad.
+        yaw: of the base, (N + 1,), rad.
+    """
+
+    xy: Array
+    heading: Array
+    yaw: Array
+
+
+def phases_of(
+    regions: Sequence[Regions], schedule: ContactSchedule, paths: FeetPaths
+) -> tuple[list[list[Phase]], tuple[SwingOver, ...]]:
+    """The phases of each leg, interval by interval, and how high each swing goes.
+
+    Raises:
+        NotSolvedError: a foot has no place to stand.
+    """
+    phases: list[list[Phase]] = []
+    swings: list[SwingOver] = []
+    for leg in range(FEET):
+        own = _stances(regions[leg], schedule, paths, leg)
+        for swing in schedule.swings():
+            if swing.leg == leg:
+                swings.append(_add_swing(own, regions[leg], swing, paths.xy[:, leg], schedule.intervals))
+        phases.append([own[k] for k in range(schedule.intervals)])
+    return phases, tuple(swings)
+
+
+def _stances(region: Regions, schedule: ContactSchedule, paths: FeetPaths, leg: int) -> dict[int, Phase]:
+    """The phases of the intervals in which a foot stands."""
+    result: dict[int, Phase] = {}
+    stands = schedule.contact[leg]
+    borders = np.flatnonzero(np.diff(np.concatenate([[False], stands, [False]]).astype(int)))
+    for begin, end in borders.reshape(-1, 2):
+        path, yaw = paths.xy[begin : end + 1, leg], paths.yaw[begin:end]
+        for k, box in enumerate(region.boxes(path, yaw)):
+            if box is None:
+                time = schedule.node_times[begin + k]
+                place = np.round(path[k], 2).tolist()
+                raise NotSolvedError(
+                    f"no motion: {LEG_NAMES[leg]} would have to stand at {place} m at t = {time:.2f} s, "
+                    "where it cannot: too near to an edge, too steep, or not known; a gait may step over"
+                )
+            result[int(begin) + k] = Phase(box, int(begin) + k)
+    return result
+
+
+def _add_swing(
+    own: dict[int, Phase], region: Regions, swing: SwingPhase, path: Array, count: int
+) -> SwingOver:
+    """Adds the phases of a swing; how high it goes."""
+    begin, end = swing.lift_off, swing.touch_down
+    left, lands = path[begin], path[end]
+    before = own.get(begin - 1, Phase(region.box(path[begin : begin + 1]), -1))
+    after = own.get(end, Phase(region.box(path[end : end + 1]), -1))
+    share = np.linspace(0.0, 1.0, ACROSS)[:, None]
+    heights = region.surface.height(*(left + share * (lands - left)).T)
+    known = heights[~np.isnan(heights)]
+    bottom, top = np.array([heights[0], heights[-1]]), known.max(initial=-np.inf)
+    both = np.array([left, lands])
+    boxes = (before.region, after.region)
+    one_region = all(box is not None and box.contains(both).all() for box in boxes)
+    over = not one_region or top > bottom.max() + BUMP
+    first, last = _over(swing) if over else (swing.middle, swing.middle)
+    for k in range(begin, end):
+        if k < first:
+            own[k] = before if over else Phase(None, before.stance)
+        elif k < last:
+            own[k] = Phase(None, -1, float(top))
+        else:
+            own[k] = after if over else Phase(None, after.stance)
+    return SwingOver(swing.leg, begin, end, float(bottom[0]), float(top), float(bottom[1]), over)
+
+
+def _over(swing: SwingPhase) -> tuple[int, int]:
+    """First interval of a swing that is above what it goes over, and the first one that no longer is."""
+    count = swing.touch_down - swing.lift_off
+    wanted = max(OVER_LEAST, round(OVER_SHARE * count))
+    first = max(swing.middle - wanted // 2, swing.lift_off + 1)
+    last = min(max(first + wanted, swing.middle + 1), swing.touch_down - 1)
+    return (first, last) if first <= swing.middle < last else (swing.lift_off, swing.touch_down)
