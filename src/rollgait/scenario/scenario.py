@@ -265,9 +265,7 @@ class Scenario(Config):
         self._check_steering()
         self._check_goal_distance()
         if self.ground.kind != "flat":
-            from rollgait.scenario.standing import require_standing_at_ends  # here: it needs SciPy
-
-            require_standing_at_ends(self)
+            self._check_standing()
 
     def speed_max(self, leg: int) -> float:
         """Limit of |v| of a foot in stance: the smaller of the scenario's and the robot's, m/s."""
@@ -307,6 +305,17 @@ class Scenario(Config):
                     angle,
                     f"must lie in the steering range [{low:.4g}, {high:.4g}] deg",
                 )
+
+    def _check_standing(self) -> None:
+        """The feet can stand at the start and, which may be missed by a little, at the last goal."""
+        from rollgait.scenario.standing import require_stance  # here: it needs SciPy
+
+        later = self.goal.then
+        last = later[-1] if later else self.goal
+        name = f"goal.then.{len(later) - 1}" if later else "goal"
+        start = (self.start.x, self.start.y, self.start.yaw_deg)
+        require_stance(self.terrain, self.body, start, "start", with_margin=True)
+        require_stance(self.terrain, self.body, (last.x, last.y, last.yaw_deg), name, with_margin=False)
 
     def _check_goal_distance(self) -> None:
         """The CoM gets no further than the feet roll at full speed and the boxes lean, goal by goal."""
