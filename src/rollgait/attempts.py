@@ -120,10 +120,11 @@ class Attempts:
 
     Attributes:
         done: the attempts, in the order in which they were made.
+        ready: what is solved.
     """
 
     def __init__(self, ready: Ready, progress: Progress | None, watch: Stopwatch) -> None:
-        self._ready, self._progress, self._watch = ready, progress, watch
+        self.ready, self._progress, self._watch = ready, progress, watch
         self.done: list[Attempt] = []
 
     @property
@@ -164,41 +165,41 @@ class Attempts:
             return
         report = budget.counting("solving from a motion that keeps all constraints", self._progress)
         with self._watch("guess"):
-            guess = self._ready.transcribed.encode(motion)
+            guess = self.ready.transcribed.encode(motion)
         start = InitialGuess("elastic", lambda: motion, warm=True)
         with self._watch("solve"):
-            self.done.append(_attempt(self._ready, self._ready.solver, start, guess, report, budget.limits))
-        if not self.solved and self._ready.solver.name != "ipopt":
+            self.done.append(_attempt(self.ready, self.ready.solver, start, guess, report, budget.limits))
+        if not self.solved and self.ready.solver.name != "ipopt":
             with self._watch("build"):
-                other = self._ready.another_solver("ipopt")
+                other = self.ready.another_solver("ipopt")
             start = InitialGuess("elastic, by ipopt", lambda: motion)
             with self._watch("solve"):
-                self.done.append(_attempt(self._ready, other, start, guess, report, budget.limits))
+                self.done.append(_attempt(self.ready, other, start, guess, report, budget.limits))
 
     def _guesses(self, some: Iterator[InitialGuess]) -> Iterator[tuple[InitialGuess, Array]]:
         """Starts with their guesses of the variables; those that do not apply are left out."""
         for start in some:
             with self._watch("guess"):
                 motion = start.motion()
-                guess = None if motion is None else self._ready.transcribed.encode(motion)
+                guess = None if motion is None else self.ready.transcribed.encode(motion)
             if guess is not None:
                 yield start, guess
 
     def _in_turn(self, guesses: Sequence[tuple[InitialGuess, Array]]) -> None:
         with self._watch("build"):
-            solver = self._ready.solver
+            solver = self.ready.solver
         for start, guess in guesses:
             with self._watch("solve"):
-                self.done.append(_attempt(self._ready, solver, start, guess, self._progress))
+                self.done.append(_attempt(self.ready, solver, start, guess, self._progress))
 
     def _side_by_side(self, guesses: Sequence[tuple[InitialGuess, Array]]) -> None:
         """Solves on the cores there are, if the solver can run more than once at a time; Ctrl-C ends all."""
         cores = min(len(guesses), os.cpu_count() or 1)
-        if cores < 2 or not getattr(self._ready.solver, "runs_side_by_side", False):
+        if cores < 2 or not getattr(self.ready.solver, "runs_side_by_side", False):
             self._in_turn(guesses)
             return
         with self._watch("build"):
-            solvers = [self._ready.solver, *(self._ready.another_solver() for _ in guesses[1:])]
+            solvers = [self.ready.solver, *(self.ready.another_solver() for _ in guesses[1:])]
         over = threading.Event()
 
         def watched(number: int) -> Progress:
@@ -213,7 +214,7 @@ class Attempts:
         with self._watch("solve"), ThreadPoolExecutor(cores) as pool:
             try:
                 futures = [
-                    pool.submit(_attempt, self._ready, solver, start, guess, watched(number))
+                    pool.submit(_attempt, self.ready, solver, start, guess, watched(number))
                     for number, (solver, (start, guess)) in enumerate(zip(solvers, guesses, strict=True))
                 ]
                 self.done += [future.result() for future in futures]

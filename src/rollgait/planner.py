@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,10 +25,16 @@ from rollgait.solvers import Progress, Solution
 from rollgait.solvers.solution import saying
 from rollgait.starts import InitialGuess, from_plan, starts
 from rollgait.stopwatch import Stopwatch
+from rollgait.transcription.guess import MotionGuess
 from rollgait.transcription.nlp import Nlp
 
 PATIENCE = 8.0
 """s, after which no further attempt is made to turn a solution into one whose certificate passes."""
+GROUND_ROUNDS = 4
+"""How often the ground is looked up around a motion at most: each round, what is left is a tenth or less."""
+GROUND_TOLERANCE = 3e-4
+"""By how much feet in stance may be beside the ground, m, before it is looked up again: three tenths of what
+the certificate allows."""
 VIOLATION_TOLERANCE = 1e-6
 """Scaled violation of a constraint above which it is named in the statistics."""
 
@@ -126,18 +133,41 @@ class Planner:
             why = self._investigate(asked, progress, budget)
             attempts.run_elastic(why.motion, budget)
         if not attempts.solved:
-            result = _as_plan(ready, attempts.best, attempts, method)
+            result = _as_plan(Settled(ready, attempts.best), attempts, method)
             result = result.with_statistics(replace(result.statistics, seconds=watch.parts()))
             diagnosis = None if why is None else why.diagnosis()
             raise NotSolvedError(_failure(result, len(attempts.done)), result, diagnosis)
-        return self._certified(ready, attempts, guesses, watch, progress)
+        settled = self._settled(ready, attempts.best, watch, progress)
+        return self._certified(settled, attempts, guesses, watch, progress)
 
     def _investigate(self, asked: Scenario, progress: Progress | None, budget: Budget) -> Investigation:
         return Investigation(asked, self._terms, self._method.kernels, progress, budget, has_failed=True)
 
+    def _settled(self, ready: Ready, best: Attempt, watch: Stopwatch, progress: Progress | None) -> Settled:
+        """A solution on the ground that is where its feet are: curved ground is looked up again around it."""
+        result = Settled(ready, best)
+        while result.ready.problem.footing.is_curved and result.rounds < GROUND_ROUNDS:
+            with watch("build"):
+                motion = result.motion
+                problem = result.ready.problem
+                around = problem.remeshed(problem.schedule, motion)
+                xy = motion(problem.schedule.node_times).foot_position[..., :2]
+                apart = problem.footing.deviation(around.footing, problem.schedule.contact, xy)
+                if apart <= GROUND_TOLERANCE:
+                    break
+                again = Ready(self._method, around)
+            if again.transcribed.nlp.contradictions:
+                break
+            attempts = Attempts(again, saying("fitting to the ground", progress), watch)
+            attempts.run(iter([InitialGuess(best.start.name, partial(_the, motion), warm=True)]), 1)
+            if not attempts.solved:
+                break
+            result = Settled(again, attempts.best, result.rounds + 1, result.iterations)
+        return result
+
     def _certified(
         self,
-        ready: Ready,
+        settled: Settled,
         attempts: Attempts,
         guesses: Iterator[InitialGuess],
         watch: Stopwatch,
@@ -145,7 +175,8 @@ class Planner:
     ) -> Plan:
         """The plan of a solution: mended, then from other starts, while its certificate does not pass."""
         begin, tried = time.perf_counter(), list[Plan]()
-        plan: Plan | None = _as_plan(ready, attempts.best, attempts, self._method)
+        ready = settled.ready
+        plan: Plan | None = _as_plan(settled, attempts, self._method)
         while plan is not None:
             for _ in range(ROUNDS):
                 tried.append(plan)
@@ -161,7 +192,11 @@ class Planner:
             if passed or time.perf_counter() - begin > PATIENCE:
                 break
             another = attempts.run_another(guesses)
-            plan = None if another is None else _as_plan(ready, another, attempts, self._method)
+            if another is not None:
+                settled = self._settled(attempts.ready, another, watch, progress)
+                ready, plan = settled.ready, _as_plan(settled, attempts, self._method)
+            else:
+                plan = None
         best = min(tried, key=lambda plan: (not plan.certificate().passed, len(plan.certificate().failures)))
         starts = tuple(attempt.result() for attempt in attempts.done)
         return best.with_statistics(replace(best.statistics, starts=starts, seconds=watch.parts()))
@@ -183,7 +218,10 @@ class Planner:
         attempts = Attempts(ready, progress, watch)
         name = f"{plan.statistics.start}, finer mesh".replace(", finer mesh, finer mesh", ", finer mesh")
         attempts.run(iter([InitialGuess(name, lambda: from_plan(finer_problem, plan), warm=True)]), 1)
-        return _as_plan(ready, attempts.best, attempts, self._method) if attempts.solved else None
+        if not attempts.solved:
+            return None
+        settled = self._settled(ready, attempts.best, watch, progress)
+        return _as_plan(settled, attempts, self._method)
 
 
 def plan(
@@ -215,7 +253,33 @@ def plan(
     )
 
 
-def _as_plan(ready: Ready, best: Attempt, attempts: Attempts, method: Method) -> Plan:
+@dataclass(frozen=True)
+class Settled:
+    """A solution of a problem, after how many rounds of looking at the ground, with how many iterations."""
+
+    ready: Ready
+    best: Attempt
+    rounds: int = 1
+    iterations_before: int = 0
+
+    @property
+    def iterations(self) -> int:
+        """Those of all rounds."""
+        return self.iterations_before + self.best.solution.iterations
+
+    @property
+    def motion(self) -> MotionGuess:
+        """The motion that it means."""
+        trajectory = self.ready.transcribed.decode(self.best.solution.w)
+        return lambda times: trajectory.sample(times, self.ready.problem.robot)
+
+
+def _the(motion: MotionGuess) -> MotionGuess:
+    return motion
+
+
+def _as_plan(settled: Settled, attempts: Attempts, method: Method) -> Plan:
+    ready, best = settled.ready, settled.best
     problem, nlp, solution = ready.problem, ready.transcribed.nlp, best.solution
     statistics = Statistics(
         transcription=method.transcription,
@@ -223,7 +287,8 @@ def _as_plan(ready: Ready, best: Attempt, attempts: Attempts, method: Method) ->
         linear_algebra=best.linear_algebra,
         solved=solution.solved,
         status=solution.status,
-        iterations=solution.iterations,
+        iterations=settled.iterations,
+        ground_rounds=settled.rounds,
         cost=solution.cost,
         costs=nlp.costs(solution.w),
         variables=nlp.size,

@@ -37,7 +37,6 @@ BAD: dict[str, tuple[Any, str]] = {
         {"parts": [{"kind": "ramp", "x": -2.0, "length": 5.0, "slope_deg": 40.0}]},
         "too steep",
     ),
-    "not yet": ({"map": HERE}, "ground.map: is not planned on yet"),
 }
 
 

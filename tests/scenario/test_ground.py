@@ -17,7 +17,6 @@ from hypothesis import given, settings
 from rollgait.archive import ArchiveFormat
 from rollgait.config import dump_yaml, parse_yaml
 from rollgait.errors import FileError, InputError
-from rollgait.ocp.problem import make_problem
 from rollgait.plan.plan import Plan
 from rollgait.scenario import Scenario, find_scenario
 from rollgait.terrain import Block, Ground, Step, Terrain
@@ -248,12 +247,3 @@ def test_only_the_last_goal_is_stood_at() -> None:
     there = scenario.with_values({"goal.x": 0.0, "goal.then": [{"at": 3.0, "x": 0.3}]})
     with pytest.raises(InputError, match=r"^goal\.then\.0:"):
         there.with_terrain(block)
-
-
-@pytest.mark.parametrize("terrain", [Terrain.from_parts([STEP]), hills()], ids=["parts", "map"])
-def test_ground_that_is_not_flat_is_not_planned_on_yet(terrain: Terrain) -> None:
-    scenario = Scenario.from_dict(ASKED).with_terrain(terrain)
-    with pytest.raises(
-        InputError, match=r"^ground\.(parts|map): is not planned on yet: only flat ground is$"
-    ):
-        make_problem(scenario)

@@ -22,7 +22,7 @@ def print_plan(plan: Plan, name: str) -> None:
     size = f"{s.variables} variables, {s.constraints} constraints"
     print_table(
         [
-            ("result", f"{'solved' if s.solved else 'not solved'} ({s.status}), {s.iterations} iterations"),
+            ("result", f"{'solved' if s.solved else 'not solved'} ({s.status}), {_effort(s)}"),
             ("time", times),
             ("problem", f"{s.transcription}, {s.solver}: {size}"),
         ]
@@ -32,6 +32,13 @@ def print_plan(plan: Plan, name: str) -> None:
     print("\ncost")
     costs = [(term, number(cost, 4)) for term, cost in s.costs.items()]
     print_table([*costs, ("total", number(s.cost, 4))], right=[1])
+
+
+def _effort(statistics: Statistics) -> str:
+    """Iterations, and rounds where the ground was looked up again."""
+    text = f"{statistics.iterations} iterations"
+    rounds = statistics.ground_rounds
+    return text if rounds == 1 else f"{text} in {rounds} rounds about the ground"
 
 
 def _print_starts(statistics: Statistics) -> None:

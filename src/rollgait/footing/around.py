@@ -34,9 +34,11 @@ class Ways:
     swings: tuple[SwingOver, ...]
 
     @classmethod
-    def along(cls, regions: Sequence[Regions], schedule: ContactSchedule, paths: FeetPaths) -> Ways:
-        """The ways of feet that go along paths. Raises `NotSolvedError` where one has no place to stand."""
-        return cls(regions, schedule, *phases_of(regions, schedule, paths))
+    def along(
+        cls, regions: Sequence[Regions], schedule: ContactSchedule, paths: FeetPaths, swing_speed: float
+    ) -> Ways:
+        """The ways of feet that go along paths; the arguments and errors are those of `phases_of`."""
+        return cls(regions, schedule, *phases_of(regions, schedule, paths, swing_speed))
 
     def on(self, schedule: ContactSchedule) -> Ways:
         """The same on another mesh of the same contacts."""

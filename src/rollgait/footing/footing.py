@@ -146,6 +146,21 @@ class Footing:
             columns.append(gx * velocity[:, leg, 0] + gy * velocity[:, leg, 1])
         return np.stack(columns, axis=-1)
 
+    def deviation(self, other: Footing, contact: NDArray[np.bool_], xy: Array) -> float:
+        """By how much the heights of two footings differ where feet stand, at most, m.
+
+        Args:
+            other: another one for the same schedule.
+            contact: which foot stands in which interval, (4, N).
+            xy: places of the feet at the nodes, (N + 1, 4, 2), m.
+        """
+        intervals = np.arange(self.count)
+        apart = [
+            np.abs(self.height(intervals, places) - other.height(intervals, places))
+            for places in (xy[:-1], xy[1:])
+        ]
+        return float(np.where(contact.T, np.maximum(*apart), 0.0).max())
+
     def numbers(self) -> Array:
         """What a trajectory must keep: model and slope of the contact, (N, 4, 10)."""
         return np.concatenate([self.model, self.contact_slope], axis=-1).swapaxes(0, 1).copy()

@@ -28,6 +28,8 @@ GRID: Final = 4
 AROUND: Final = 1.5
 """How far around the way of the base a map is looked at, m: what a robot of this size reaches, and its
 windows."""
+RISE_SHARE: Final = 0.4
+"""Highest step that is tried, in heights of the CoM: CENTAURO's 0.30 m, where its legs end."""
 SETTLING: Final = 8
 """How often base and feet are fitted to one another where the robot stands: each time the error falls to a
 tenth or so."""
@@ -67,21 +69,27 @@ class OnTerrain:
 def find_ways(scenario: Scenario, schedule: ContactSchedule) -> OnTerrain:
     """The ways of a scenario's feet over its ground. Raises `NotSolvedError` where there are none."""
     robot, regions = scenario.body, regions_for(scenario)
-    poses = _poses(scenario)
+    poses = poses_of(scenario)
     times = np.unique(np.concatenate([_between(schedule.node_times, GRID), schedule.node_times]))
     rolls = [leg.foot != "point" for leg in robot.leg_list]
     progress = _progress(scenario, schedule, poses, times)
-    route = find_route(times, progress, poses, robot.stance, regions, schedule, rolls)
+    route = find_route(times, progress, poses, robot.stance, regions, schedule, rolls, rise_max(robot))
     nodes = np.searchsorted(route.times, schedule.node_times - 1e-12)
     yaw = route.base[nodes, 2]
     paths = FeetPaths(route.feet[nodes], np.repeat(yaw[:, None], FEET, axis=1), yaw)
-    ways = Ways.along(regions, schedule, paths)
+    speed = float(scenario.value_of("bounds", "swing_speed_max"))
+    ways = Ways.along(regions, schedule, paths, speed)
     return OnTerrain(ways, route, ways.footing(paths))
+
+
+def rise_max(robot: Robot) -> float:
+    """The highest step that a robot is asked to take, m."""
+    return RISE_SHARE * robot.height
 
 
 def regions_for(scenario: Scenario) -> list[Regions]:
     """The regions of each leg's foot on the ground of a scenario."""
-    poses = _poses(scenario)
+    poses = poses_of(scenario)
     low, high = poses[:, :2].min(axis=0) - AROUND, poses[:, :2].max(axis=0) + AROUND
     window = (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
     seen = None if scenario.terrain.planar else window  # planes are reckoned with as a whole
@@ -117,7 +125,7 @@ def standing(robot: Robot, regions: list[Regions], place: Array, yaw: float) -> 
     return base, feet
 
 
-def _poses(scenario: Scenario) -> Array:
+def poses_of(scenario: Scenario) -> Array:
     """Start and goals, (x, y, yaw), (g + 1, 3)."""
     start, goal = scenario.start, scenario.goal
     places = [(start.x, start.y, start.yaw_deg), (goal.x, goal.y, goal.yaw_deg)]

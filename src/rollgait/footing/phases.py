@@ -20,11 +20,11 @@ from rollgait.scenario.schedule import ContactSchedule, SwingPhase
 from rollgait.terrain.convex_region import ConvexRegion
 from rollgait.terrain.regions import Regions
 
-OVER_SHARE: Final = 0.3
-"""Part of a swing in which the foot is above what it goes over: as far as a wheel is from both its edges, it
-covers at swing speed."""
 OVER_LEAST: Final = 2
-"""Fewest intervals of it: in one alone the foot would have to be above both borders at its only two nodes."""
+"""Fewest intervals above what is gone over: with one alone the foot would have to be above both its borders at
+the same node."""
+SWING_SPEED_SHARE: Final = 0.8
+"""Part of the limit of its speed at which a foot is reckoned to go over something: it rises there, too."""
 OVER_CLEARANCE: Final = 0.02
 """So far above what a foot goes over it stays, m: what tracking and the ground are wrong by."""
 BUMP: Final = 0.01
@@ -64,9 +64,15 @@ class FeetPaths:
 
 
 def phases_of(
-    regions: Sequence[Regions], schedule: ContactSchedule, paths: FeetPaths
+    regions: Sequence[Regions], schedule: ContactSchedule, paths: FeetPaths, swing_speed: float
 ) -> tuple[list[list[Phase]], tuple[SwingOver, ...]]:
     """The phases of each leg, interval by interval, and how high each swing goes.
+
+    Args:
+        regions: of the foot of each leg.
+        schedule: the contacts.
+        paths: of the feet.
+        swing_speed: limit of a foot in the air, m/s.
 
     Raises:
         NotSolvedError: a foot has no place to stand.
@@ -77,7 +83,7 @@ def phases_of(
         own = _stances(regions[leg], schedule, paths, leg)
         for swing in schedule.swings():
             if swing.leg == leg:
-                swings.append(_add_swing(own, regions[leg], swing, paths.xy[:, leg], schedule.intervals))
+                swings.append(_add_swing(own, regions[leg], swing, paths.xy[:, leg], schedule, swing_speed))
         phases.append([own[k] for k in range(schedule.intervals)])
     return phases, tuple(swings)
 
@@ -102,7 +108,12 @@ def _stances(region: Regions, schedule: ContactSchedule, paths: FeetPaths, leg: 
 
 
 def _add_swing(
-    own: dict[int, Phase], region: Regions, swing: SwingPhase, path: Array, count: int
+    own: dict[int, Phase],
+    region: Regions,
+    swing: SwingPhase,
+    path: Array,
+    schedule: ContactSchedule,
+    speed: float,
 ) -> SwingOver:
     """Adds the phases of a swing; how high it goes."""
     begin, end = swing.lift_off, swing.touch_down
@@ -110,14 +121,19 @@ def _add_swing(
     before = own.get(begin - 1, Phase(region.box(path[begin : begin + 1]), -1))
     after = own.get(end, Phase(region.box(path[end : end + 1]), -1))
     share = np.linspace(0.0, 1.0, ACROSS)[:, None]
-    heights = region.surface.height(*(left + share * (lands - left)).T)
+    way = left + share * (lands - left)
+    heights = region.surface.height(*way.T)
     known = heights[~np.isnan(heights)]
     bottom, top = np.array([heights[0], heights[-1]]), known.max(initial=-np.inf)
     both = np.array([left, lands])
     boxes = (before.region, after.region)
     one_region = all(box is not None and box.contains(both).all() for box in boxes)
     over = not one_region or top > bottom.max() + BUMP
-    first, last = _over(swing) if over else (swing.middle, swing.middle)
+    first = last = swing.middle
+    if over:
+        between = ~np.logical_or.reduce([box.contains(way) for box in boxes if box is not None])
+        length = between.mean() * float(np.linalg.norm(lands - left))
+        first, last = _over(swing, length / (SWING_SPEED_SHARE * speed), schedule)
     for k in range(begin, end):
         if k < first:
             own[k] = before if over else Phase(None, before.stance)
@@ -128,10 +144,10 @@ def _add_swing(
     return SwingOver(swing.leg, begin, end, float(bottom[0]), float(top), float(bottom[1]), over)
 
 
-def _over(swing: SwingPhase) -> tuple[int, int]:
-    """First interval of a swing that is above what it goes over, and the first one that no longer is."""
-    count = swing.touch_down - swing.lift_off
-    wanted = max(OVER_LEAST, round(OVER_SHARE * count))
+def _over(swing: SwingPhase, duration: float, schedule: ContactSchedule) -> tuple[int, int]:
+    """First interval of a swing that is above what it goes over for some time (s), first one that no longer
+    is."""
+    wanted = max(OVER_LEAST, int(np.ceil(duration / float(schedule.lengths[swing.middle]))) + 1)
     first = max(swing.middle - wanted // 2, swing.lift_off + 1)
     last = min(max(first + wanted, swing.middle + 1), swing.touch_down - 1)
     return (first, last) if first <= swing.middle < last else (swing.lift_off, swing.touch_down)

@@ -28,8 +28,12 @@ FEWEST: Final = 50
 """Fewest of them between two goals: a turn on the spot has no length."""
 ROUNDS: Final = 3
 """How often base and feet are fitted to one another."""
+SKIPPING: Final = 1.0
+"""What it costs to step over an arc, in squares of progress: more than to wait for the foot."""
 SMOOTH: Final = 0.3
 """Time over which the progress of the base is smoothed, s: a body of this size does not jerk."""
+FITTING: Final = 40
+"""How often it is moved between what its feet want, and smoothed again: enough for both to agree."""
 
 
 @dataclass(frozen=True)
@@ -48,14 +52,20 @@ class Route:
 
 
 @dataclass(frozen=True)
-class _Way:
-    """The way of the base: poses (m, 3) at progress s, (m,)."""
+class BaseWay:
+    """The way of the base: poses (x, y, yaw), (m, 3), at progress s, (m,)."""
 
     s: Array
     pose: Array
 
     @classmethod
-    def through(cls, poses: Array, lever: float) -> _Way:
+    def through(cls, poses: Array, lever: float) -> BaseWay:
+        """Straight from pose to pose.
+
+        Args:
+            poses: start and goals, (g + 1, 3), m and rad.
+            lever: what a turn of 1 rad counts as, m.
+        """
         s, rows = [np.zeros(1)], [poses[:1]]
         for k, (a, b) in enumerate(pairwise(poses)):
             length = np.hypot(b[0] - a[0], b[1] - a[1]) + lever * abs(b[2] - a[2])
@@ -66,6 +76,7 @@ class _Way:
         return cls(np.concatenate(s), np.vstack(rows))
 
     def at(self, s: Array) -> Array:
+        """Poses at progress s, (…, 3)."""
         return np.stack([np.interp(s, self.s, column) for column in self.pose.T], axis=-1)
 
     def foot(self, s: Array, stance: Array) -> Array:
@@ -83,6 +94,7 @@ def find_route(
     regions: Sequence[Regions],
     schedule: ContactSchedule,
     rolls: Sequence[bool],
+    rise_max: float,
 ) -> Route:
     """The route of a motion.
 
@@ -94,37 +106,63 @@ def find_route(
         regions: of the foot of each leg.
         schedule: the contacts.
         rolls: which feet roll: others stand still.
+        rise_max: highest step, m.
 
     Raises:
         NotSolvedError: nothing on the track of a foot can be stood on.
     """
-    way = _Way.through(poses, float(np.linalg.norm(stance[:, :2], axis=1).max()))
+    way = BaseWay.through(poses, float(np.linalg.norm(stance[:, :2], axis=1).max()))
     tracks = [way.foot(way.s, stance[leg]) for leg in range(FEET)]
-    own_arcs = [_arcs(regions[leg], tracks[leg], way.s, schedule, leg) for leg in range(FEET)]
+    own_arcs = []
+    for leg, (region, track) in enumerate(zip(regions, tracks, strict=True)):
+        own_arcs.append(track_arcs(region, track, way.s, rise_max))
+        if not len(own_arcs[-1]):
+            place = np.round(track[0], 2).tolist()
+            raise NotSolvedError(
+                f"no motion found: {LEG_NAMES[leg]} cannot stand at its first place {place} m"
+            )
     s_base = progress
     s_feet = np.repeat(progress[:, None], FEET, axis=1)
     for _ in range(ROUNDS):
+        low, high = np.full_like(times, 0.0), np.full_like(times, progress[-1])
         for leg in range(FEET):
-            s_feet[:, leg] = _foot_progress(times, s_base, own_arcs[leg], schedule, leg, rolls[leg])
-        s_base = _smoothed(times, s_feet.mean(axis=1), progress[-1])
+            s_feet[:, leg], window = _foot_progress(times, s_base, own_arcs[leg], schedule, leg, rolls[leg])
+            low, high = np.maximum(low, window[0]), np.minimum(high, window[1])
+        if (low == 0.0).all() and (high == progress[-1]).all():
+            break  # nothing is in the way
+        s_base = _within(times, s_base, low, high, progress[-1])
     feet = np.stack([way.foot(s_feet[:, leg], stance[leg]) for leg in range(FEET)], axis=1)
     return Route(times, way.at(s_base), feet)
 
 
-def _arcs(regions: Regions, track: Array, s: Array, schedule: ContactSchedule, leg: int) -> Array:
-    """Progress at which each arc of a track begins and ends, (m, 2)."""
-    labels = regions.label(track)
-    if (labels < 0).all() or (labels[0] < 0):
-        place = np.round(track[0], 2).tolist()
-        raise NotSolvedError(f"no motion found: {LEG_NAMES[leg]} cannot stand at its first place {place} m")
-    found = arcs(labels.tolist())
-    return np.array([[s[first], s[last]] for _, first, last in found])
+def track_arcs(regions: Regions, track: Array, s: Array, rise_max: float) -> Array:
+    """Progress at which each arc of a track begins and ends, (m, 2): of those that a foot can step to.
+
+    Args:
+        regions: of the foot.
+        track: its places, (n, 2), m.
+        s: progress there, (n,).
+        rise_max: by how much higher or lower than the arc before one may lie, m: the floor of a ditch is no
+            foothold.
+    """
+    found = arcs(regions.label(track).tolist())
+    if not found or found[0][1] > 0:
+        return np.zeros((0, 2))
+    kept = [found[0][1:]]
+    for _, first, last in found[1:]:
+        ends = regions.surface.height(*track[[kept[-1][1], first]].T)
+        if abs(ends[1] - ends[0]) <= rise_max:
+            kept.append((first, last))
+    return np.array([[s[first], s[last]] for first, last in kept])
 
 
 def _foot_progress(
     times: Array, s_base: Array, own_arcs: Array, schedule: ContactSchedule, leg: int, rolls: bool
-) -> Array:
-    """Progress of a foot at times: in an arc while it stands, from one to the next while it swings."""
+) -> tuple[Array, Array]:
+    """Progress of a foot at times, and between which values that of the base would suit it, (n,) and (2, n).
+
+    It is in an arc while the foot stands, and goes from one to the next while it swings.
+    """
     nodes = schedule.node_times
     swings = [swing for swing in schedule.swings() if swing.leg == leg]
     borders = [0.0, *(t for w in swings for t in (nodes[w.lift_off], nodes[w.touch_down])), nodes[-1]]
@@ -139,26 +177,38 @@ def _foot_progress(
         wanted.append((inside, s))
     chosen = _assign([s for _, s in wanted], own_arcs)
     result = np.empty_like(s_base)
+    window = np.stack([np.full_like(s_base, 0.0), np.full_like(s_base, own_arcs[-1, 1])])
     for (inside, s), arc in zip(wanted, chosen, strict=True):
-        result[inside] = np.clip(s, *own_arcs[arc])
+        begin, end = own_arcs[arc]
+        result[inside] = np.clip(s, begin, end)
+        window[:, inside] = np.array(
+            [[0.0 if arc == 0 else begin], [np.inf if arc == len(own_arcs) - 1 else end]]
+        )
     for (begin, _), (_, end) in zip(stances[1:], stances[:-1], strict=True):
         air = (times > end + 1e-9) & (times < begin - 1e-9)
         a, b = np.interp([end, begin], times, result)  # the nodes are among the times
         result[air] = a + minimum_jerk((times[air] - end) / (begin - end))[0] * (b - a)
-    return result
+    return result, window
 
 
 def _assign(stances: Sequence[Array], own_arcs: Array) -> list[int]:
-    """An arc for each stance, in rising order, so that what the progress is clipped by adds up to least."""
-    cost = np.array([[np.square(s - np.clip(s, *arc)).sum() for arc in own_arcs] for s in stances])
+    """An arc for each stance, in rising order, so that what the progress is clipped by adds up to least.
+
+    The first stance is in the first arc, the last one in the last, as far as there are stances.
+    """
+    cost = np.array([[np.square(s - np.clip(s, *arc)).mean() for arc in own_arcs] for s in stances])
+    number = np.arange(len(own_arcs))
+    skipped = np.maximum(number[:, None] - number - 1, 0)  # rows: to, columns: from
+    step = np.where(number[:, None] >= number, SKIPPING * skipped, np.inf)
     best, choice = cost[0].copy(), []
     best[1:] = np.inf  # it stands in the first one now
     for row in cost[1:]:
-        before = np.minimum.accumulate(best)
-        which = np.array([int(np.argmin(best[: k + 1])) for k in range(len(best))])
-        choice.append(which)
-        best = before + row
-    k = int(np.argmin(best))
+        total = best + step
+        choice.append(np.argmin(total, axis=1))
+        best = total.min(axis=1) + row
+    reached = np.isfinite(best)
+    last = len(own_arcs) - 1  # the goal is in the last one
+    k = last if reached[last] else int(np.flatnonzero(reached)[-1])
     result = [k]
     for which in reversed(choice):
         k = int(which[k])
@@ -166,12 +216,17 @@ def _assign(stances: Sequence[Array], own_arcs: Array) -> list[int]:
     return result[::-1]
 
 
-def _smoothed(times: Array, s: Array, end: float) -> Array:
-    """Progress of the base that is monotone, smooth, and begins and ends where it should."""
-    even = np.linspace(times[0], times[-1], 4 * len(times))
-    values = np.interp(even, times, s)
+def _within(times: Array, s: Array, low: Array, high: Array, end: float) -> Array:
+    """Progress that keeps between two curves, as far as it can, and is monotone and smooth."""
+    middle, crossed = 0.5 * (low + high), low > high
+    low, high = np.where(crossed, middle, low), np.where(crossed, middle, high)
+    even = np.linspace(times[0], times[-1], len(times))
+    value, least, most = (np.interp(even, times, curve) for curve in (s, low, high))
     width = max(1, round(SMOOTH / (even[1] - even[0])))
     kernel = np.hanning(2 * width + 3)[1:-1]
-    padded = np.concatenate([np.full(width, values[0]), values, np.full(width, values[-1])])
-    smooth = np.convolve(padded, kernel / kernel.sum(), mode="valid")[: len(even)]
-    return np.maximum.accumulate(np.interp(times, even, smooth)).clip(0.0, end)
+    kernel /= kernel.sum()
+    for _ in range(FITTING):
+        value = np.maximum.accumulate(np.clip(value, least, most))
+        padded = np.concatenate([np.full(width, 0.0), value, np.full(width, end)])
+        value = np.convolve(padded, kernel, mode="valid")
+    return np.asarray(np.interp(times, even, value).clip(0.0, end))

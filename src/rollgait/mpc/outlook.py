@@ -28,8 +28,8 @@ def outlook(
     stands = stage.numbers("stands").T > 0.0
     position = np.empty((count + 1, 4, 3))
     position[:, :, :2] = iterate.states[:, layout.node["xy"]].reshape(count + 1, 4, 2)
-    position[:-1, :, 2] = stage.numbers("foot_z").T
-    position[-1, :, 2] = problem.end.numbers("foot_z")[:, 0]
+    for part, rows in ((stage, slice(None, -1)), (problem.end, slice(-1, None))):
+        position[rows, :, 2] = (part.numbers("ground") + part.numbers("foot_height")).T
     force = iterate.inputs[:, layout.inputs["force"]].reshape(count, 4, 3) * fill.robot.weight
     return Prediction(
         time=time + fill.interval * np.arange(count + 1, dtype=float),

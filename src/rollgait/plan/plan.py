@@ -59,7 +59,9 @@ class Statistics:
         solver: name of the solver.
         solved: whether the solver converged. Only then may the plan be called a success.
         status: the solver's own word.
-        iterations: its iterations.
+        iterations: its iterations, of all rounds.
+        ground_rounds: how often the problem was solved with the ground looked up around the last motion; 1
+            where the ground is made of planes.
         seconds: wall time by what it went into, s: `load` (files), `build` (numbers and solver), `guess`
             (starts and easier problems that lead to one), `solve` (the solver), `certify` (looks of the
             judge that led to repairs), `other`. They sum to the whole.
@@ -89,6 +91,7 @@ class Statistics:
     start: Line = ""
     starts: tuple[StartResult, ...] = ()
     linear_algebra: str = ""
+    ground_rounds: int = 1
 
     @property
     def wall_time(self) -> float:

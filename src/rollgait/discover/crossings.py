@@ -1,0 +1,59 @@
+"""Where feet must step: their tracks leave what they can roll on, and go on behind it.
+
+The base goes from goal to goal; s is how far it has come, k at goal number k. A foot's track is its nominal
+place below the base at each s. Where one arc of the track ends and the next begins, the foot must swing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from rollgait.footing.footing import FEET, Array
+from rollgait.footing.route import BaseWay, track_arcs
+from rollgait.terrain.regions import Regions
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A place where a foot must step.
+
+    Attributes:
+        leg: 0 … 3.
+        leaves: progress of the base at which the foot, at its nominal place, can roll no further.
+        lands: progress at which it would be at the first place where it can stand again.
+    """
+
+    leg: int
+    leaves: float
+    lands: float
+
+    @property
+    def middle(self) -> float:
+        """Progress half-way."""
+        return 0.5 * (self.leaves + self.lands)
+
+
+def crossings(way: BaseWay, stance: Array, regions: Sequence[Regions], rise_max: float) -> list[Crossing]:
+    """All crossings on the way of the base, in the order of their middles.
+
+    Args:
+        way: of the base.
+        stance: nominal places of the feet, base-yaw frame, (4, 2) or (4, 3), m.
+        regions: of the foot of each leg.
+        rise_max: highest step, m.
+    """
+    result = []
+    for leg in range(FEET):
+        found = track_arcs(regions[leg], way.foot(way.s, stance[leg]), way.s, rise_max)
+        result += [Crossing(leg, float(a[1]), float(b[0])) for a, b in pairwise(found)]
+    return sorted(result, key=lambda crossing: crossing.middle)
+
+
+def lengths(way: BaseWay) -> Array:
+    """How far the base has gone at each place of its way, in the plane, (m,), m."""
+    steps = np.hypot(*np.diff(way.pose[:, :2], axis=0).T)
+    return np.concatenate([[0.0], np.cumsum(steps)])
