@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rollgait.plant.disturbances import Disturbances
 from rollgait.robot.whole_body import WholeBody
-from rollgait.simulation.controller import SMOOTHING, Gains, interpolated, reference_at
+from rollgait.simulation.controller import Gains, interpolated, reference_at, smoothing_of
 from rollgait.simulation.drives import gains_of
 from rollgait.simulation.feedback import PERIOD, BaseFeedback
 from rollgait.simulation.log import SimulationLog
@@ -23,9 +23,6 @@ Array = NDArray[np.float64]
 
 LOG_PERIOD: Final = 0.005
 """Time between two samples of the log, s."""
-
-LEAD: Final = 0.5 * SMOOTHING
-"""How long before t = 0 the simulation begins, s: the smoothed motion begins there, from rest."""
 
 STANDING: Final = 0.5
 """How long the robot stands after the motion, s: where it comes to rest counts."""
@@ -65,7 +62,8 @@ class _Run:
         self._joints, self._disturbances = joints, disturbances
         self._ground = _ground_height(joints)
         self._end = float(joints.time[-1])
-        first, last = -round(LEAD / TIME_STEP), round((self._end + STANDING) / TIME_STEP)
+        lead = 0.5 * smoothing_of(joints)  # the smoothed motion begins that early, from rest
+        first, last = -round(lead / TIME_STEP), round((self._end + STANDING) / TIME_STEP)
         times: Array = np.arange(first, last + 1) * np.float64(TIME_STEP)
         self._count = len(times)
         self._physics = Physics(
@@ -76,7 +74,7 @@ class _Run:
             Pose(joints.base_position[0], joints.base_quaternion[0], joints.joint_position[0]),
             reference_at(joints, times),
             ground=self._ground,
-            begins=LEAD,
+            begins=lead,
         )
         self._feedback = BaseFeedback(self._physics.world, joints) if feedback else None
         self._rows: list[dict[str, Array]] = []

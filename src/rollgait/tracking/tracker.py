@@ -136,6 +136,7 @@ def _as_trajectory(plan: Plan, model: WholeBodyModel, samples: Samples, motion: 
         joint_torque=torque[:, BASE_V:],
         reference=samples,
         robot=plan.robot,
+        interval=longest,
         report=report,
     )
 
