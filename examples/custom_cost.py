@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 import rollgait as rg
-from rollgait.ocp.problem import Problem
+from rollgait.ocp.context import PlanContext
 from rollgait.ocp.term import INPUT, Data, Phase
 
 
@@ -18,7 +18,7 @@ class LowBody(rg.Cost):
 
     name = "low_body"
 
-    def data(self, problem: Problem) -> dict[str, list[float]]:
+    def data(self, problem: PlanContext) -> dict[str, list[float]]:
         return {
             "wanted": [problem.scenario.height - 0.06]
         }  # m; data is a parameter, not part of the derivatives

@@ -41,6 +41,7 @@ def joints() -> JointTrajectory:
         joint_torque=body["joint_position"],
         reference=samples,
         robot=plan().robot,
+        interval=plan().scenario.interval,
         report=TrackingReport((row,), 20, 0, 0, 1e-3, 2e-3, 1.0),
         **body,
     )

@@ -14,7 +14,8 @@ import rollgait as rg
 from rollgait.mpc.mpc import Mpc
 from rollgait.mpc.settings import MpcSettings
 from rollgait.mpc.setup import make_loop
-from rollgait.ocp.term import INPUT, Context, Data
+from rollgait.ocp.context import Context
+from rollgait.ocp.term import INPUT, Data
 from rollgait.plant.stance import standing_state
 
 

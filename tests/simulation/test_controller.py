@@ -1,5 +1,7 @@
 """The controller's laws, and the small functions about it. None of them needs the physics engine."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,8 +10,17 @@ from scipy.spatial.transform import Rotation
 
 import rollgait as rg
 from rollgait.errors import UnknownNameError
-from rollgait.simulation.controller import Controller, Gains, JointReference, gains_for, interpolated
+from rollgait.simulation.controller import (
+    SMOOTHING_MAX,
+    Controller,
+    Gains,
+    JointReference,
+    gains_for,
+    interpolated,
+    reference_at,
+)
 from rollgait.simulation.report import rotation_matrices
+from tests.hostile import motions
 
 STEPS, JOINTS = 40, 3
 seeds = st.integers(0, 10_000)
@@ -95,3 +106,16 @@ def test_wheels_by_velocity_have_no_stiffness() -> None:
 def test_rotation_matrices(seed: int) -> None:
     quaternions = np.random.default_rng(seed).normal(size=(5, 4))
     assert np.allclose(rotation_matrices(quaternions), Rotation.from_quat(quaternions).as_matrix())
+
+
+@pytest.mark.parametrize(("interval", "width"), [(0.05, 0.05), (0.1, 0.1), (0.4, SMOOTHING_MAX)])
+def test_a_jump_of_speed_becomes_the_acceleration_over_an_interval(interval: float, width: float) -> None:
+    """A joint that begins to turn at once begins to turn evenly, over the width of the average."""
+    plan, step, change = motions.joints(), 1e-3, 2.0
+    angle = np.maximum(plan.time - 0.5, 0.0)[:, None] * np.array([change, -change])
+    planned = replace(plan, joint_position=angle, joint_torque=0.0 * angle, interval=interval)
+    velocity = reference_at(planned, np.arange(0.2, 0.8, step)).velocity[100:-100, 0]
+    acceleration = np.gradient(velocity, step)
+    assert np.allclose(velocity[[0, -1]], [0.0, change])
+    assert acceleration.max() == pytest.approx(change / width, rel=0.02)
+    assert np.count_nonzero(acceleration > 0.5 * change / width) * step == pytest.approx(width, abs=2 * step)

@@ -37,8 +37,7 @@ def world(model: WholeBodyModel) -> World:
 
 def put(world: World, data: "mujoco.MjData", q: np.ndarray) -> None:
     """A configuration in pinocchio's order."""
-    data.qpos[:3], data.qpos[3:7] = q[:3], np.roll(q[3:7], 1)
-    data.qpos[world.position] = q[7:]
+    world.put(data, q[:3], q[3:7], q[7:])
 
 
 def some_configuration(model: WholeBodyModel, seed: int) -> np.ndarray:

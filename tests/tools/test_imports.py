@@ -84,27 +84,8 @@ def test_a_circle_is_found() -> None:
     assert set(circle([Import(a, b, "load"), Import(b, a, "call")])) == {a, b}
 
 
-def test_no_circle_when_modules_load_or_run() -> None:
-    assert circle(found for found in IMPORTS if found.when != "types") == []
-
-
-NAMED_BELOW = {
-    "rollgait.ocp.problem": "rollgait.ocp",
-    "rollgait.plan.plan": "rollgait.plan.certificate",
-    "rollgait.simulation.log": "rollgait.simulation.report",
-}
-"""Modules whose class is the argument of what they are made of or judged by: named there for types only."""
-
-
-def test_no_circle_of_types_but_where_an_argument_is_named() -> None:
-    kept = [
-        found
-        for found in IMPORTS
-        if not (
-            found.when == "types" and found.of in NAMED_BELOW and is_within(found.by, [NAMED_BELOW[found.of]])
-        )
-    ]
-    assert circle(kept) == []
+def test_no_circle_even_of_types() -> None:
+    assert circle(IMPORTS) == []
 
 
 ROOMS = {

@@ -14,8 +14,8 @@ from rollgait.errors import FileError, InputError, NotCertifiedError, UnknownNam
 from rollgait.robot.urdf_model import BASE_V, WholeBodyModel
 from rollgait.robot.whole_body import library_whole_body
 from rollgait.tracking import tasks
+from rollgait.tracking.kinematics import build_stack, levels_of, step_bounds
 from rollgait.tracking.stack import solve
-from rollgait.tracking.tracker import build_stack, levels_of, step_bounds
 from tests.stepping import solved, stepping
 
 MOTIONS = ("legged-forward", "wheeled", "hybrid-forward", "hybrid-goback")

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import casadi as ca
 import numpy as np
 
+from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.term import END, INPUT, Constraint, Data, FootConstraint, Limits, Mask, Place, Role
-
-if TYPE_CHECKING:
-    from rollgait.ocp.problem import Problem
 
 
 class RestAtEnd(Constraint):
@@ -39,10 +35,10 @@ class WheelsRestAtEnd(FootConstraint):
     lower = upper = 0.0
     unit = "m/s"
 
-    def applies(self, problem: Problem, leg: int) -> bool:
+    def applies(self, problem: PlanContext, leg: int) -> bool:
         return problem.robot.leg_list[leg].foot != "point"
 
-    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
+    def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
         count = problem.schedule.intervals
         return np.asarray(np.arange(count) == count - 1)
 
@@ -63,7 +59,7 @@ class LevelAtEnd(Constraint):
     places = END
     unit = "rad, rad/s"
 
-    def limits(self, problem: Problem) -> Limits:
+    def limits(self, problem: PlanContext) -> Limits:
         end = problem.footing.end
         wanted = np.array([[end.pitch], [end.roll], [0.0], [0.0], [0.0]])
         return wanted, wanted
@@ -87,10 +83,10 @@ class StanceAtEnd(FootConstraint):
     places = END
     unit = "m"
 
-    def applies(self, problem: Problem, leg: int) -> bool:
+    def applies(self, problem: PlanContext, leg: int) -> bool:
         return self._swings(problem, leg) or problem.robot.leg_list[leg].foot != "point"
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         goes_sideways = self._swings(problem, leg) or problem.robot.leg_list[leg].foot == "steerable"
         slack = np.array([[0.0], [0.0 if goes_sideways else np.inf]])
         return -slack, slack
@@ -105,7 +101,7 @@ class StanceAtEnd(FootConstraint):
             along * offset[1] - across * offset[0],
         )
 
-    def _swings(self, problem: Problem, leg: int) -> bool:
+    def _swings(self, problem: PlanContext, leg: int) -> bool:
         return not problem.schedule.contact[leg].all()
 
 

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.term import ENDS, INPUT, Data, FootConstraint, Limits, Mask, Phase, Place, Role
-
-if TYPE_CHECKING:
-    from rollgait.ocp.problem import Problem
-    from rollgait.scenario.scenario import Scenario
+from rollgait.scenario.scenario import Scenario
 
 
 class StanceHeight(FootConstraint):
@@ -32,7 +30,7 @@ class StanceHeight(FootConstraint):
     lower = upper = 0.0
     unit = "m"
 
-    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
+    def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
         schedule = problem.schedule
         if place is Place.NODE:
             return np.asarray(schedule.node_contact[leg, :-1])
@@ -54,7 +52,7 @@ class StanceMotion(FootConstraint):
     lower = upper = 0.0
     unit = "m/s"
 
-    def applies(self, problem: Problem, leg: int) -> bool:
+    def applies(self, problem: PlanContext, leg: int) -> bool:
         return problem.robot.leg_list[leg].foot != "steerable"
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
@@ -84,11 +82,11 @@ class Clearance(FootConstraint):
     places = INPUT
     unit = "m"
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         z_fly = problem.scenario.clearance
         return z_fly, z_fly
 
-    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
+    def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
         middle = np.zeros(problem.schedule.intervals, dtype=bool)
         middle[[swing.middle for swing in problem.schedule.swings() if swing.leg == leg]] = True
         return middle
@@ -115,14 +113,14 @@ class Foothold(FootConstraint):
     def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
         return (cls(),) if scenario.ground.kind != "flat" else ()
 
-    def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
         footing = problem.footing
         return {
             "normals": np.moveaxis(footing.A[leg], 0, -1).reshape(-1, footing.count),
             "offsets": footing.b[leg].T,
         }
 
-    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
+    def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
         A, b = problem.footing.A[leg], problem.footing.b[leg]
         restricts = A.any(axis=(1, 2))
         if place is Place.NODE:
@@ -149,7 +147,7 @@ class AboveGround(FootConstraint):
     phase = Phase.SWING
     unit = "m"
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         return problem.footing.floor[leg].T, np.inf
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
@@ -167,11 +165,11 @@ class TouchdownSpeed(FootConstraint):
     places = frozenset({Place.INTERVAL_END})
     unit = "m/s"
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         limit = problem.bound(self.name)
         return -limit, limit
 
-    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
+    def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
         contact = problem.schedule.contact[leg]
         return np.asarray(~contact & np.concatenate([contact[1:], [True]]))
 

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Instant
 from rollgait.ocp.term import Cost, Data
-
-if TYPE_CHECKING:
-    from rollgait.ocp.problem import Problem
 
 FORCE_INTERVAL_REF = 0.1
 """h_ref, s: the interval at which the force cost is the paper's Σ‖f_k − f_{k−1}‖² (formulation, Cost)."""
@@ -33,7 +30,7 @@ class Goal(Cost):
 
     name = "goal"
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         return {"pose": problem.goals}
 
     def residual(self, x: Instant, d: Data) -> ca.SX:
@@ -51,7 +48,7 @@ class ForceChange(Cost):
 
     name = "force"
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         mesh = problem.schedule.mesh
         between = mesh.between_middles
         # the square is taken over the time between the middles, the integral over the interval alone
@@ -79,7 +76,7 @@ class Speed(Cost):
 
     name = "speed"
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         contact_only = problem.scenario.weights.speed_in_contact_only
         return {"counts": (problem.schedule.contact | (not contact_only)).astype(float)}
 
@@ -101,7 +98,7 @@ class Tilt(Cost):
 
     name = "tilt"
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         return {"reference": problem.goals[4:]}
 
     def residual(self, x: Instant, d: Data) -> ca.SX:
@@ -114,7 +111,7 @@ class TerminalGoal(Cost):
     name = "terminal_goal"
     terminal = True
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         return {"pose": problem.goals}
 
     def residual(self, x: Instant, d: Data) -> ca.SX:
@@ -130,7 +127,7 @@ class Lift(Cost):
 
     name = "lift"
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         rate, swing = problem.lift_rate, ~problem.schedule.contact
         return {"rate": rate.reshape(-1, rate.shape[-1]), "counts": swing.astype(float)}
 

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.term import ENDS, INPUT, Data, FootConstraint, Limits, Phase
-
-if TYPE_CHECKING:
-    from rollgait.ocp.problem import Problem
-
 
 LARGEST_TURN = 1.0
 """rad: beyond this turn in one interval the interval is too long to say anything about what lies between."""
@@ -35,7 +31,7 @@ class Friction(FootConstraint):
     unit = "N"
     by_weight = True
 
-    def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
         mu = np.broadcast_to(problem.friction_at(leg), problem.schedule.intervals)
         if problem.bound("inscribed"):
             mu = mu / np.sqrt(2.0)
@@ -60,7 +56,7 @@ class ForceLimits(FootConstraint):
     unit = "N"
     by_weight = True
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         own = problem.bound("force_max") or np.inf
         low = problem.bound("force_min") or 0.0
         return low, min(own, problem.robot.leg_list[leg].force_max)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Instant
 from rollgait.ocp.term import END, Constraint, Data, Role
-
-if TYPE_CHECKING:
-    from rollgait.ocp.problem import Problem
 
 
 class GoalPlace(Constraint):
@@ -29,7 +26,7 @@ class GoalPlace(Constraint):
         """`tolerance` in m."""
         self.lower, self.upper = -tolerance, tolerance
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         return {"place": problem.scenario.goal_at(np.array([problem.schedule.horizon]))[0, :2]}
 
     def expression(self, x: Instant, d: Data) -> ca.SX:
@@ -50,7 +47,7 @@ class GoalYaw(Constraint):
         """`tolerance` in rad."""
         self.lower, self.upper = -tolerance, tolerance
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         return {"yaw": problem.scenario.goal_at(np.array([problem.schedule.horizon]))[0, 3:4]}
 
     def expression(self, x: Instant, d: Data) -> ca.SX:

@@ -8,25 +8,23 @@ With (X, Y) the contact point from the hip_yaw axis in the base-yaw frame, the l
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.term import Data, FootConstraint, Limits
 from rollgait.robot.robot import Limb
-
-if TYPE_CHECKING:
-    from rollgait.ocp.problem import Problem
-    from rollgait.scenario.scenario import Scenario
+from rollgait.scenario.scenario import Scenario
 
 _SQUARE_MIN = 1e-4
 """m²: smooths √(ρ² − d²) where the foot is under the hip (infeasible, but a solver may try it)."""
 
 
-def limb_of(problem: Problem, leg: int) -> Limb | None:
+def limb_of(problem: PlanContext, leg: int) -> Limb | None:
     """The figures of the leg's joints, where the foot is a steerable wheel and the robot knows them."""
     data = problem.robot.leg_list[leg]
     return data.limb if data.foot == "steerable" else None
@@ -52,14 +50,14 @@ class JointSteering(FootConstraint):
     def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
         return (cls(),) if scenario.value_of("bounds", cls.name) and knows_joints(scenario) else ()
 
-    def applies(self, problem: Problem, leg: int) -> bool:
+    def applies(self, problem: PlanContext, leg: int) -> bool:
         return limb_of(problem, leg) is not None
 
-    def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
         limb = _known(limb_of(problem, leg))
         return {"hip": limb.hip, "offset": [limb.plane_offset], "direction": [limb.direction]}
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         limb = _known(limb_of(problem, leg))
         ranges = np.array([limb.hip_yaw, limb.steering_joint])
         margin = np.radians(problem.bound("joint_margin_deg") or 0.0)
@@ -89,14 +87,14 @@ class Reach(FootConstraint):
     def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
         return (cls(),) if scenario.value_of("bounds", cls.name) and knows_joints(scenario) else ()
 
-    def applies(self, problem: Problem, leg: int) -> bool:
+    def applies(self, problem: PlanContext, leg: int) -> bool:
         return problem.robot.leg_list[leg].limb is not None  # a locked wheel hangs on the same joints
 
-    def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
         limb = _known(problem.robot.leg_list[leg].limb)
         return {"hip": limb.hip, "offset": [limb.plane_offset], "ankle_height": [limb.ankle_height]}
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         limb = _known(problem.robot.leg_list[leg].limb)
         lower = np.square([limb.extension[0], limb.radius_min])
         return lower[:, None], np.array([[limb.extension[1] ** 2], [np.inf]])

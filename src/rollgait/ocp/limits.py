@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.limb import JointSteering
 from rollgait.ocp.term import INPUT, Data, FootConstraint, Limits, Mask, Phase, Place
-
-if TYPE_CHECKING:
-    from rollgait.ocp.problem import Problem
-    from rollgait.scenario.scenario import Scenario
+from rollgait.scenario.scenario import Scenario
 
 
 class Box(FootConstraint):
@@ -37,7 +35,7 @@ class Box(FootConstraint):
     def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
         return (cls(scenario.bounds.full_rotation),)
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         b = np.array(problem.bound("box") or problem.robot.box)[:, None]
         return -b, b
 
@@ -62,10 +60,10 @@ class Steering(FootConstraint):
         wanted = scenario.bounds.steering_deg is not None or not JointSteering.asked_for(scenario)
         return (cls(),) if wanted else ()
 
-    def applies(self, problem: Problem, leg: int) -> bool:
+    def applies(self, problem: PlanContext, leg: int) -> bool:
         return problem.robot.leg_list[leg].foot == "steerable"
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         return problem.steering_range(leg)
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
@@ -81,10 +79,10 @@ class SteeringRate(FootConstraint):
     places = INPUT
     unit = "rad/s"
 
-    def applies(self, problem: Problem, leg: int) -> bool:
+    def applies(self, problem: PlanContext, leg: int) -> bool:
         return problem.robot.leg_list[leg].foot == "steerable"
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         limit = problem.steering_rate_max(leg)
         return -limit, limit
 
@@ -102,10 +100,10 @@ class StanceSpeed(FootConstraint):
     phase = Phase.STANCE
     unit = "m/s"
 
-    def applies(self, problem: Problem, leg: int) -> bool:
+    def applies(self, problem: PlanContext, leg: int) -> bool:
         return problem.robot.leg_list[leg].foot != "point"
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         limit = problem.speed_max(leg)
         return -limit, limit
 
@@ -123,7 +121,7 @@ class SwingSpeed(FootConstraint):
     phase = Phase.SWING
     unit = "m/s"
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         limit = problem.bound("swing_speed_max")
         return -limit, limit
 
@@ -148,10 +146,10 @@ class Acceleration(FootConstraint):
     places = INPUT
     unit = "m/s"
 
-    def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
         return {"in_swing": ~problem.schedule.contact[leg : leg + 1]}
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         contact = problem.schedule.contact[leg]
         stays = contact & np.concatenate([[True], contact[:-1]])
         stance, swing = (
@@ -161,7 +159,7 @@ class Acceleration(FootConstraint):
         limit = a[None, :] * problem.schedule.mesh.between_middles
         return -limit, limit
 
-    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
+    def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
         contact = problem.schedule.contact[leg]
         # a point foot stops when it lands
         return ~contact if problem.robot.leg_list[leg].foot == "point" else np.ones_like(contact)

@@ -9,22 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
 from rollgait.errors import InputError
+from rollgait.ocp.context import PlanContext
 from rollgait.ocp.costs import Acceleration, Tilt
 from rollgait.ocp.instant import Instant
 from rollgait.ocp.limb import JointSteering, Reach
 from rollgait.ocp.limits import Box
 from rollgait.ocp.term import Constraint, Cost, Data, FootConstraint, Limits, Place, Term
 from rollgait.robot.robot import LEG_NAMES
-
-if TYPE_CHECKING:
-    from rollgait.ocp.problem import Problem
 
 HINGE: Final = 1e-3
 """Width over which the cost beyond a limit sets in, m or rad: without it its slope would have a corner."""
@@ -37,7 +35,7 @@ class PoseReference(Cost):
 
     name = "goal"
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         return {"pose": np.zeros(4)}
 
     def residual(self, x: Instant, d: Data) -> ca.SX:
@@ -49,7 +47,7 @@ class HeightReference(Cost):
 
     name = "height"
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         return {"z": np.zeros(1)}
 
     def residual(self, x: Instant, d: Data) -> ca.SX:
@@ -61,7 +59,7 @@ class VelocityReference(Cost):
 
     name = "velocity"
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         return {"rate": np.zeros(3)}
 
     def residual(self, x: Instant, d: Data) -> ca.SX:
@@ -73,7 +71,7 @@ class RotationReference(Cost):
 
     name = "rotation"
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         return {"yaw_rate": np.zeros(1)}
 
     def residual(self, x: Instant, d: Data) -> ca.SX:
@@ -94,7 +92,7 @@ class HeadingReference(Cost):
 
     name = "heading"
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         return {"sigma": np.zeros(4)}
 
     def residual(self, x: Instant, d: Data) -> ca.SX:
@@ -120,7 +118,7 @@ class Soft(Cost):
         self.name = f"soft_{term.name}"  # type: ignore[misc]
         self.structure = (type(term).__module__, type(term).__qualname__, term.structure)
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         result: dict[str, ArrayLike] = {}
         for leg in self._legs(problem):
             own, limits, holds = self._numbers(problem, leg)
@@ -155,12 +153,12 @@ class Soft(Cost):
             parts += [data.holds * _hinge(data.low - value), data.holds * _hinge(value - data.high)]
         return ca.SX(ca.vertcat(*parts))
 
-    def _legs(self, problem: Problem) -> Sequence[int | None]:
+    def _legs(self, problem: PlanContext) -> Sequence[int | None]:
         if isinstance(self.term, FootConstraint):
             return [leg for leg in range(len(LEG_NAMES)) if self.term.applies(problem, leg)]
         return [None]
 
-    def _numbers(self, problem: Problem, leg: int | None) -> tuple[Mapping[str, ArrayLike], Limits, Any]:
+    def _numbers(self, problem: PlanContext, leg: int | None) -> tuple[Mapping[str, ArrayLike], Limits, Any]:
         term = self.term
         place = Place.NODE if Place.NODE in term.places else Place.INTERVAL_END
         if isinstance(term, FootConstraint):
@@ -172,7 +170,7 @@ class Soft(Cost):
 class BoxInPlane(Box):
     """The box in the ground plane: heights are known."""
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         low, high = super().limits(problem, leg)
         return np.asarray(low)[:2], np.asarray(high)[:2]
 

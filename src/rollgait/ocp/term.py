@@ -11,19 +11,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Hashable, Mapping, Sequence
 from enum import Enum, auto
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Self
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Foot, Instant
-
-if TYPE_CHECKING:
-    from rollgait.ocp.problem import Problem
-    from rollgait.robot.robot import Robot
-    from rollgait.scenario.scenario import Scenario
-    from rollgait.scenario.schedule import ContactSchedule
+from rollgait.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
 
@@ -32,41 +28,6 @@ Data = SimpleNamespace
 Limits = tuple[ArrayLike, ArrayLike]
 """(lower, upper), each broadcast to (rows, N)."""
 Mask = NDArray[np.bool_]
-
-
-class Context(Protocol):
-    """What a term may ask of planner and controller alike when it gives its numbers.
-
-    A term of one's own that reads nothing else serves both; `Problem` has more (scenario, start), which only
-    the planner knows.
-    """
-
-    @property
-    def robot(self) -> Robot:
-        """The robot."""
-
-    @property
-    def schedule(self) -> ContactSchedule:
-        """Which foot is on the ground when, and the intervals."""
-
-    @property
-    def goals(self) -> Array:
-        """Wanted pose (x, y, z, yaw, pitch, roll) of each interval, (6, N), m and rad."""
-
-    def friction_at(self, leg: int) -> ArrayLike:
-        """μ that the force of a foot may use: one for all the horizon, or by interval, (N,)."""
-
-    def bound(self, name: str) -> Any:
-        """A bound by its key, as the scenario or the settings have it; None if there is none."""
-
-    def speed_max(self, leg: int) -> float:
-        """Limit of |v| of a foot in stance, m/s."""
-
-    def steering_rate_max(self, leg: int) -> float:
-        """Limit of |σ̇| of a foot, rad/s."""
-
-    def steering_range(self, leg: int) -> tuple[float, float]:
-        """Range of σ − θz of a foot, rad."""
 
 
 class Place(Enum):
@@ -140,7 +101,7 @@ class Cost(ABC):
     def __init__(self, weight: float = 1.0) -> None:
         self.weight = float(weight)
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         """Numbers that `expression` reads, by name: shape (n,) for all the horizon or (n, N) by interval."""
         return {}
 
@@ -208,15 +169,15 @@ class Constraint(SelfDescribing, ABC):
     by_weight: ClassVar[bool] = False
     structure: tuple[Hashable, ...] = ()
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         """Numbers that `expression` reads, by name: shape (n,) for all the horizon or (n, N) by interval."""
         return {}
 
-    def limits(self, problem: Problem) -> Limits:
+    def limits(self, problem: PlanContext) -> Limits:
         """(lower, upper), each broadcast to (rows, N)."""
         return self.lower, self.upper
 
-    def holds(self, problem: Problem, place: Place) -> Mask:
+    def holds(self, problem: PlanContext, place: Place) -> Mask:
         """In which intervals it holds, shape (N,); not asked for the end of the horizon."""
         return np.ones(problem.schedule.intervals, dtype=bool)
 
@@ -244,19 +205,19 @@ class FootConstraint(SelfDescribing, ABC):
     curvature: ClassVar[float] = 0.0
     structure: tuple[Hashable, ...] = ()
 
-    def applies(self, problem: Problem, leg: int) -> bool:
+    def applies(self, problem: PlanContext, leg: int) -> bool:
         """Whether this foot has such a constraint at all (by its kind, say)."""
         return True
 
-    def data(self, problem: Problem, leg: int) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
         """Numbers that `expression` reads, by name: shape (n,) for all the horizon or (n, N) by interval."""
         return {}
 
-    def limits(self, problem: Problem, leg: int) -> Limits:
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
         """(lower, upper), each broadcast to (rows, N)."""
         return self.lower, self.upper
 
-    def holds(self, problem: Problem, place: Place, leg: int) -> Mask:
+    def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
         """In which intervals it holds, shape (N,); for the end of the horizon the last one is asked."""
         stance = problem.schedule.contact[leg]
         if self.phase is Phase.ALWAYS:

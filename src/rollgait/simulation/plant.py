@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple
+from typing import Final
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,10 +15,11 @@ from rollgait.plant.state import RobotState
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.robot.urdf_model import BASE_V
 from rollgait.robot.whole_body import WholeBody
-from rollgait.simulation.controller import Controller, Gains, JointReference, MovingAverage
+from rollgait.simulation.controller import Gains, JointReference, MovingAverage
 from rollgait.simulation.drives import gains_of
-from rollgait.simulation.measure import StateReader, axles_to_the_left, contact_forces, has_fallen
-from rollgait.simulation.world import TIME_STEP, build_world
+from rollgait.simulation.measure import StateReader, axles_to_the_left
+from rollgait.simulation.physics import Load, Physics, Pose
+from rollgait.simulation.world import TIME_STEP
 from rollgait.tracking.follower import Follower, JointTarget
 
 Array = NDArray[np.float64]
@@ -32,20 +32,6 @@ SETTLING: Final = 0.5
 """How long the robot stands before its time begins, s: feet sink in, and joints give way under load."""
 
 _SETTLING_PERIOD: Final = 0.01
-
-
-class Pose(NamedTuple):
-    """Where the whole body is.
-
-    Attributes:
-        base_position: origin of the base link, (3,), m.
-        base_quaternion: base link to world, (x, y, z, w), (4,).
-        joint_position: (n_j,), rad.
-    """
-
-    base_position: Array
-    base_quaternion: Array
-    joint_position: Array
 
 
 class MujocoPlant:
@@ -88,52 +74,40 @@ class MujocoPlant:
             raise InputError("start", "nan", "must be a state of finite numbers")
         if not (np.isfinite(smoothing) and smoothing >= 0.0):
             raise InputError("smoothing", smoothing, "must be a time in seconds, 0 or more")
-        given = disturbances or Disturbances()
         self.follower = Follower(body)
         self.follower.reset(start)
         self.joint_names = self.follower.joint_names
-        drives = gains or gains_of(robot, body, self.joint_names)
-        self._ground = float(np.mean(start.foot_position[:, 2]))
-        self._world = build_world(
-            body, self.joint_names, given, damping=drives.damping, ground_height=self._ground
-        )
-        self._data: Any = mujoco.MjData(self._world.model)
-        self._start_time = start.time
-        self._place(start)
-        posture = self.follower.state.q[BASE_V + 1 :]
+        q = self.follower.state.q
+        posture = q[BASE_V + 1 :]
         rest = JointTarget(posture, np.zeros_like(posture), np.zeros_like(posture))
         self._target = rest
         self._average = MovingAverage(max(1, round(smoothing / TIME_STEP)), 2 * len(posture))
         self._average.fill(np.concatenate([posture, self._standing_torque(robot, start)]))
-        self._controller = Controller(
-            drives,
-            JointReference(*(row[None] for row in (rest.position, rest.velocity, rest.torque))),
-            round(given.latency / TIME_STEP),
-        )
         self._placed = posture.copy()
-        self._pushes = [
-            (round(push.start / TIME_STEP), round((push.start + push.duration) / TIME_STEP), push.vector)
-            for push in given.pushes
-        ]
+        self._physics = Physics(
+            body,
+            self.joint_names,
+            gains or gains_of(robot, body, self.joint_names),
+            disturbances or Disturbances(),
+            Pose(q[:3], q[3:7], posture),
+            JointReference(*(row[None] for row in (rest.position, rest.velocity, rest.torque))),
+            ground=float(np.mean(start.foot_position[:, 2])),
+            begins=SETTLING,
+        )
+        self._start_time = start.time
+        self._reader = self._reader_at(start)
+        self._state = self._reader.read(self._physics.data, start.time)
+        self._pose = self._physics.pose
         self._fallen = self._unstable = False
         self.contact_force: Array = np.zeros((len(LEG_NAMES), 3))
         self.torque: Array = np.zeros(len(self.joint_names))
         self.torque_share = 0.0
         self._settle(robot, start)
 
-    def _place(self, start: RobotState) -> None:
-        """The robot as the follower stands, at rest."""
-        world, data, state = self._world, self._data, self.follower.state
-        data.qpos[:3] = state.q[:3]
-        data.qpos[2] += world.lift
-        data.qpos[3:7] = np.roll(state.q[3:7], 1)
-        data.qpos[world.position] = state.q[BASE_V + 1 :]
-        mujoco.mj_forward(world.model, data)
+    def _reader_at(self, start: RobotState) -> StateReader:
+        world = self._physics.world
         wheels = np.array([leg.wheel is not None for leg in self.follower.model.legs])
-        self._reader = StateReader(world, axles_to_the_left(world, data, start, wheels), start)
-        self._base_height = float(data.qpos[2]) - self._ground
-        self._state = self._reader.read(data, start.time)
-        self._pose = self._read_pose()
+        return StateReader(world, axles_to_the_left(world, self._physics.data, start, wheels), start)
 
     def _standing_torque(self, robot: Robot, start: RobotState) -> Array:
         return self.follower.follow(standing_control(robot, start, _SETTLING_PERIOD)).torque
@@ -141,7 +115,6 @@ class MujocoPlant:
     def _settle(self, robot: Robot, start: RobotState) -> None:
         """Lets it stand until time begins."""
         count = round(SETTLING / _SETTLING_PERIOD)
-        self._steps = -round(SETTLING / TIME_STEP)
         for k in range(count):
             before = start.at(start.time - (count - k) * _SETTLING_PERIOD)
             self.step(standing_control(robot, before, _SETTLING_PERIOD))
@@ -162,7 +135,7 @@ class MujocoPlant:
     @property
     def time(self) -> float:
         """s; begins with that of the start."""
-        return self._start_time + self._steps * TIME_STEP
+        return self._start_time + self._physics.time
 
     @property
     def trouble(self) -> str:
@@ -190,13 +163,14 @@ class MujocoPlant:
             raise InputError("control.period", control.period, f"must be at least {TIME_STEP} s")
         target = self.follower.follow(control)
         reference = self._reference(target, count)
+        physics = self._physics
         if self._unstable:
-            self._steps += count
+            physics.steps += count
             return
-        self._controller.load(reference)
-        force, peak = np.zeros_like(self.contact_force), np.zeros_like(self.torque)
-        self._advance(count, force, peak)
-        self._note(force / count, peak)
+        physics.drives.load(reference)
+        for row in range(count):
+            physics.step(row)
+        self._note(physics.take_load())
 
     def push(self, force: Array, duration: float) -> None:
         """From now on a force on the base, (3,), N, world, for a time, s. Pushes add up.
@@ -209,7 +183,8 @@ class MujocoPlant:
             raise InputError("force", force, "must be three finite numbers, N")
         if not (np.isfinite(duration) and duration > 0.0):
             raise InputError("duration", duration, "must be a positive number of seconds")
-        self._pushes.append((self._steps, self._steps + max(1, round(duration / TIME_STEP)), tuple(vector)))
+        x, y, z = vector.tolist()
+        self._physics.push((x, y, z), duration)
 
     # -- inside --
 
@@ -224,39 +199,15 @@ class MujocoPlant:
         self._placed, self._target = position[-1], target
         return JointReference(position, velocity, torque)
 
-    def _advance(self, count: int, force: Array, peak: Array) -> None:
-        world, data, model = self._world, self._data, self._world.model
-        control, places, ctrl = self._controller.control, world.position, data.ctrl
-        drive = data.actuator_force
-        magnitude = np.empty_like(peak)
-        for step in range(count):
-            if self._pushes:
-                self._apply_pushes()
-            ctrl[:] = control(step, data.qpos[places])
-            mujoco.mj_step(model, data)
-            force += contact_forces(world, data)
-            np.maximum(peak, np.abs(drive, out=magnitude), out=peak)
-            self._steps += 1
-
-    def _apply_pushes(self) -> None:
-        now = self._steps
-        acting = [vector for begin, end, vector in self._pushes if begin <= now < end]
-        self._data.xfrc_applied[self._world.base, :3] = np.sum(acting, axis=0) if acting else 0.0
-        self._pushes = [push for push in self._pushes if now < push[1]]
-
-    def _note(self, force: Array, peak: Array) -> None:
+    def _note(self, load: Load) -> None:
         """Reads everything, unless the physics have become unstable: then all stays as it was read last."""
-        data = self._data
-        state = self._reader.read(data, self.time)
-        torque = data.actuator_force.copy()
-        if not (state.is_finite() and np.isfinite(torque).all() and np.isfinite(force).all()):
+        physics = self._physics
+        state = self._reader.read(physics.data, self.time)
+        torque = physics.data.actuator_force.copy()
+        if not (state.is_finite() and np.isfinite(torque).all() and np.isfinite(load.force).all()):
             self._unstable = self._fallen = True
             return
-        self._fallen |= has_fallen(self._world, data, self._ground, self._base_height)
-        self._state, self._pose = state, self._read_pose()
-        self.contact_force, self.torque = force, torque
-        self.torque_share = float(np.max(peak / self._world.effort_max))
-
-    def _read_pose(self) -> Pose:
-        data = self._data
-        return Pose(data.qpos[:3].copy(), np.roll(data.qpos[3:7], -1), data.qpos[self._world.position])
+        self._fallen |= physics.has_fallen
+        self._state, self._pose = state, physics.pose
+        self.contact_force, self.torque = load.force, torque
+        self.torque_share = float(np.max(load.torque_peak / physics.world.effort_max))

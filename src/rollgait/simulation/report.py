@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.robot.robot import LEG_NAMES
-
-if TYPE_CHECKING:
-    from rollgait.simulation.log import SimulationLog
+from rollgait.simulation.record import SimulationRecord
 
 Array = NDArray[np.float64]
 
@@ -80,7 +78,7 @@ class SimulationReport:
         return data
 
 
-def judge(log: SimulationLog) -> SimulationReport:
+def judge(log: SimulationRecord) -> SimulationReport:
     """The report of a log."""
     missing = log.base_position - log.planned_base_position
     R_world_base = rotation_matrices(log.base_quaternion)
@@ -132,7 +130,7 @@ def _angle(trace: float) -> float:
     return float(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0)))
 
 
-def _slip(log: SimulationLog) -> tuple[float, float]:
+def _slip(log: SimulationRecord) -> tuple[float, float]:
     loaded = np.isfinite(log.slip) & (log.force[:, :, 2] > LOADED * log.robot.weight)
     if not loaded.any():
         return 0.0, 0.0
@@ -144,7 +142,7 @@ def _rms_by_leg(forces: Array) -> tuple[float, ...]:
     return tuple(float(value) for value in np.sqrt(np.mean(np.sum(forces**2, axis=2), axis=0)))
 
 
-def _joint_use(log: SimulationLog) -> tuple[JointUse, ...]:
+def _joint_use(log: SimulationRecord) -> tuple[JointUse, ...]:
     when = np.argmax(log.torque_peak, axis=0)
     use = []
     for joint, name in enumerate(log.joint_names):

@@ -3,29 +3,26 @@
 from __future__ import annotations
 
 import time as clock
-from typing import Any, Final
+from typing import Final
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.plant.disturbances import Disturbances
 from rollgait.robot.whole_body import WholeBody
-from rollgait.simulation.controller import SMOOTHING, Controller, Gains, interpolated, reference_at
+from rollgait.simulation.controller import Gains, interpolated, reference_at, smoothing_of
 from rollgait.simulation.drives import gains_of
 from rollgait.simulation.feedback import PERIOD, BaseFeedback
 from rollgait.simulation.log import SimulationLog
-from rollgait.simulation.measure import contact_forces, has_fallen, slip
-from rollgait.simulation.world import TIME_STEP, World, build_world
+from rollgait.simulation.measure import slip
+from rollgait.simulation.physics import Physics, Pose
+from rollgait.simulation.world import TIME_STEP
 from rollgait.tracking.joints import JointTrajectory
 
 Array = NDArray[np.float64]
 
 LOG_PERIOD: Final = 0.005
 """Time between two samples of the log, s."""
-
-LEAD: Final = 0.5 * SMOOTHING
-"""How long before t = 0 the simulation begins, s: the smoothed motion begins there, from rest."""
 
 STANDING: Final = 0.5
 """How long the robot stands after the motion, s: where it comes to rest counts."""
@@ -41,10 +38,8 @@ def run(
     gains: Gains | None = None,
 ) -> SimulationLog:
     """Simulates a joint trajectory; see `rollgait.simulate`."""
-    ground = _ground_height(joints)
     drives = gains or gains_of(joints.robot, body, joints.joint_names, wheels)
-    world = build_world(body, joints.joint_names, disturbances, damping=drives.damping, ground_height=ground)
-    return _Run(world, joints, disturbances, drives, feedback, ground).log()
+    return _Run(body, joints, disturbances, drives, feedback).log()
 
 
 def _ground_height(joints: JointTrajectory) -> float:
@@ -54,91 +49,67 @@ def _ground_height(joints: JointTrajectory) -> float:
 
 
 class _Run:
-    """One simulation."""
+    """One simulation: the robot as it is planned at t = 0, at rest, then the plan, then the rest after it."""
 
     def __init__(
         self,
-        world: World,
+        body: WholeBody,
         joints: JointTrajectory,
         disturbances: Disturbances,
         gains: Gains,
         feedback: bool,
-        ground: float,
     ) -> None:
-        self._world, self._joints, self._disturbances, self._ground = world, joints, disturbances, ground
-        self._data: Any = mujoco.MjData(world.model)
-        end = float(joints.time[-1])
-        self._end = end
-        first, last = -round(LEAD / TIME_STEP), round((end + STANDING) / TIME_STEP)
-        self._times: Array = np.arange(first, last + 1) * np.float64(TIME_STEP)
-        delay = round(disturbances.latency / TIME_STEP)
-        self._controller = Controller(gains, reference_at(joints, self._times), delay)
-        self._feedback = BaseFeedback(world, joints) if feedback else None
+        self._joints, self._disturbances = joints, disturbances
+        self._ground = _ground_height(joints)
+        self._end = float(joints.time[-1])
+        lead = 0.5 * smoothing_of(joints)  # the smoothed motion begins that early, from rest
+        first, last = -round(lead / TIME_STEP), round((self._end + STANDING) / TIME_STEP)
+        times: Array = np.arange(first, last + 1) * np.float64(TIME_STEP)
+        self._count = len(times)
+        self._physics = Physics(
+            body,
+            joints.joint_names,
+            gains,
+            disturbances,
+            Pose(joints.base_position[0], joints.base_quaternion[0], joints.joint_position[0]),
+            reference_at(joints, times),
+            ground=self._ground,
+            begins=lead,
+        )
+        self._feedback = BaseFeedback(self._physics.world, joints) if feedback else None
         self._rows: list[dict[str, Array]] = []
-        self._begin()
-
-    def _begin(self) -> None:
-        """The robot as it is planned at t = 0, at rest."""
-        joints, world, data = self._joints, self._world, self._data
-        data.qpos[:3] = joints.base_position[0]
-        data.qpos[2] += world.lift
-        data.qpos[3:7] = np.roll(joints.base_quaternion[0], 1)
-        data.qpos[world.position] = joints.joint_position[0]
-        mujoco.mj_forward(world.model, data)
 
     def log(self) -> SimulationLog:
         """Runs to the end, or until the robot has fallen."""
         begin = clock.perf_counter()
-        world, data, model = self._world, self._data, self._world.model
+        physics = self._physics
         every, correction = round(LOG_PERIOD / TIME_STEP), round(PERIOD / TIME_STEP)
-        force, samples = np.zeros((4, 3)), 0
-        peak = np.zeros(len(world.joint_names))
-        height = float(self._joints.base_position[0, 2]) - self._ground
         fallen_at = None
-        for step, time in enumerate(self._times):
-            if self._feedback is not None and time >= 0.0 and step % correction == 0:
-                self._correct(float(time))
-            data.ctrl[:] = self._controller.control(step, data.qpos[world.position])
-            self._push(float(time))
-            mujoco.mj_step1(model, data)
-            number = round(float(time) / TIME_STEP)
+        for row in range(self._count):
+            time, number = physics.time, physics.steps
+            if self._feedback is not None and number >= 0 and row % correction == 0:
+                physics.drives.shift, physics.drives.shift_rate = self._feedback.update(time, physics.data)
+            physics.begin_step(row)
             noted = number >= 0 and number % every == 0
-            row = self._state(float(time)) if noted else {}
-            mujoco.mj_step2(model, data)  # forces are known only here, where positions have moved on
-            force += contact_forces(world, data)
-            np.maximum(peak, np.abs(data.actuator_force), out=peak)
-            samples += 1
+            state = self._state(time) if noted else {}
+            physics.end_step()
             if noted:
-                row |= {"force": force / samples, "torque_peak": peak}
-                self._rows.append(row | {"joint_torque": data.actuator_force.copy()})
-                force, samples, peak = np.zeros((4, 3)), 0, np.zeros_like(peak)
-                if has_fallen(world, data, self._ground, height):
-                    fallen_at = float(time)
+                load, torque = physics.take_load(), physics.data.actuator_force.copy()
+                loads = {"force": load.force, "torque_peak": load.torque_peak, "joint_torque": torque}
+                self._rows.append(state | loads)
+                if physics.has_fallen:
+                    fallen_at = time
                     break
         return self._as_log(fallen_at, clock.perf_counter() - begin)
 
-    def _correct(self, time: float) -> None:
-        data, feedback = self._data, self._feedback
-        assert feedback is not None
-        shift, rate = feedback.update(time, data)
-        self._controller.shift, self._controller.shift_rate = shift, rate
-
-    def _push(self, time: float) -> None:
-        pushes = self._disturbances.pushes
-        if pushes:
-            acting = [p.vector for p in pushes if p.start <= time < p.start + p.duration]
-            self._data.xfrc_applied[self._world.base, :3] = np.sum(acting, axis=0) if acting else 0.0
-
     def _state(self, time: float) -> dict[str, Array]:
         """What the log says of the state at the beginning of a step."""
-        world, data = self._world, self._data
+        world, data, pose = self._physics.world, self._physics.data, self._physics.pose
         R_world_base = data.xmat[world.base].reshape(3, 3)
         return {
             "time": np.array(time),
-            "base_position": data.qpos[:3].copy(),
-            "base_quaternion": np.roll(data.qpos[3:7], -1),
+            **pose._asdict(),
             "base_velocity": np.concatenate([R_world_base.T @ data.qvel[:3], data.qvel[3:6]]),
-            "joint_position": data.qpos[world.position],
             "joint_velocity": data.qvel[world.velocity],
             "com_position": data.subtree_com[world.base].copy(),
             "slip": slip(world, data),
@@ -158,7 +129,7 @@ class _Run:
             planned_com_position=interpolated(times, samples.time, samples.com_position),
             planned_force=samples.force[place],
             planned_contact=samples.contact[place],
-            effort_max=self._world.effort_max,
+            effort_max=self._physics.world.effort_max,
             joint_names=joints.joint_names,
             robot=joints.robot,
             disturbances=self._disturbances,

@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,9 @@ from rollgait.errors import FileError, InputError, MissingExtraError, RollgaitEr
 from rollgait.files import check_writable, replacing
 from rollgait.robot.whole_body import WholeBody
 from rollgait.simulation.log import SimulationLog
+
+if TYPE_CHECKING:
+    from rollgait.simulation.world import World
 
 Array = NDArray[np.float64]
 
@@ -128,9 +131,7 @@ def has_display() -> bool:
 def _frames(log: SimulationLog, body: WholeBody) -> list[NDArray[np.uint8]]:
     import mujoco
 
-    from rollgait.simulation.world import build_world
-
-    world = build_world(body, log.joint_names, log.disturbances, ground_height=log.ground_height, visual=True)
+    world = world_of(log, body)
     data = mujoco.MjData(world.model)
     world.model.vis.quality.shadowsize = 0
     world.model.vis.quality.offsamples = 1  # multisampling in software costs most of the time
@@ -151,11 +152,16 @@ def _frames(log: SimulationLog, body: WholeBody) -> list[NDArray[np.uint8]]:
     return frames
 
 
-def put(log: SimulationLog, k: int, world: Any, data: Any) -> None:
+def world_of(log: SimulationLog, body: WholeBody) -> World:
+    """The world of a log, to be looked at."""
+    from rollgait.simulation.world import build_world
+
+    return build_world(body, log.joint_names, log.disturbances, ground_height=log.ground_height, visual=True)
+
+
+def put(log: SimulationLog, k: int, world: World, data: Any) -> None:
     """Puts the robot where it is in a sample of the log."""
-    data.qpos[:3] = log.base_position[k]
-    data.qpos[3:7] = np.roll(log.base_quaternion[k], 1)
-    data.qpos[world.position] = log.joint_position[k]
+    world.put(data, log.base_position[k], log.base_quaternion[k], log.joint_position[k])
 
 
 def _camera(log: SimulationLog, p_base: Array) -> Any:

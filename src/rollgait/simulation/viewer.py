@@ -8,7 +8,7 @@ from typing import Final
 from rollgait.errors import MISSING, InputError, MissingExtraError
 from rollgait.robot.whole_body import WholeBody
 from rollgait.simulation.log import SimulationLog
-from rollgait.simulation.video import VIDEO_EXTRA, has_display, put
+from rollgait.simulation.video import VIDEO_EXTRA, has_display, put, world_of
 
 FRAME_PERIOD: Final = 0.02
 """Time between two pictures, s."""
@@ -35,9 +35,7 @@ def show(log: SimulationLog, body: WholeBody) -> None:
     import mujoco
     import mujoco.viewer
 
-    from rollgait.simulation.world import build_world
-
-    world = build_world(body, log.joint_names, log.disturbances, ground_height=log.ground_height, visual=True)
+    world = world_of(log, body)
     data = mujoco.MjData(world.model)
     with mujoco.viewer.launch_passive(world.model, data) as window:
         begin = clock.perf_counter()

@@ -87,6 +87,19 @@ class World:
     radius: Array
     lift: float
 
+    def put(self, data: Any, base_position: Array, base_quaternion: Array, joint_position: Array) -> None:
+        """Puts the robot somewhere; what follows from it, MuJoCo has yet to compute.
+
+        Args:
+            data: MuJoCo's data.
+            base_position: origin of the base link, (3,), m.
+            base_quaternion: base link to world, (x, y, z, w), (4,).
+            joint_position: (n_j,), rad.
+        """
+        data.qpos[:3] = base_position
+        data.qpos[3:7] = np.roll(base_quaternion, 1)
+        data.qpos[self.position] = joint_position
+
 
 def build_world(
     body: WholeBody,

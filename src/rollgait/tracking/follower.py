@@ -19,8 +19,7 @@ from rollgait.robot.robot import LEG_NAMES
 from rollgait.robot.urdf_model import BASE_V, BodyState, load_model
 from rollgait.robot.whole_body import WholeBody
 from rollgait.tracking import tasks
-from rollgait.tracking.stack import Step, solve
-from rollgait.tracking.tracker import PLANNED_LEVELS, build_stack, levels_of, stand, step_bounds
+from rollgait.tracking.kinematics import InverseKinematics, carried
 
 Array = NDArray[np.float64]
 
@@ -67,8 +66,7 @@ class Follower:
         self.joint_names = self.model.joint_names
         self.failed = False
         self.failures = 0
-        self._stack = build_stack(self.model)
-        self._radii = np.array([leg.radius if leg.wheel is not None else np.inf for leg in self.model.legs])
+        self._kinematics = InverseKinematics(self.model)
         self._state = self.model.state(self.model.posture)
         self._rest()
 
@@ -91,7 +89,7 @@ class Follower:
         Raises:
             InputError: it cannot stand so.
         """
-        self._state = stand(self.model, self._stack, _target(state, np.zeros(len(LEG_NAMES))))
+        self._state = self._kinematics.stand(_target(state, np.zeros(len(LEG_NAMES))))
         self.failed, self.failures = False, 0
         self._rest()
 
@@ -111,19 +109,17 @@ class Follower:
 
     def _step(self, control: Control) -> tuple[BodyState, JointTarget] | None:
         """State and target at the end of a control; None if they cannot be found."""
-        period, model = control.period, self.model
+        period, kinematics = control.period, self._kinematics
         if not (period > 0.0 and _is_finite(control)):
             return None
-        target = _target(control.end, control.motion[:, 0] * period / self._radii)
-        lower, upper = step_bounds(model, self._state.q, period)
+        target = _target(control.end, control.motion[:, 0] * period / kinematics.rolling_radius)
         try:
-            step: Step = solve(levels_of(self._stack, self._state, target), lower, upper)
+            moved = kinematics.step(self._state, target, period)
         except np.linalg.LinAlgError:  # a decomposition that does not converge
             return None
-        if any(level < PLANNED_LEVELS for level in step.failed) or not np.isfinite(step.x).all():
+        state, velocity = moved.state, moved.step.x[BASE_V:] / period
+        if not (moved.is_on_plan and np.isfinite(moved.step.x).all()):
             return None
-        state = model.state(model.integrate(self._state.q, step.x))
-        velocity = step.x[BASE_V:] / period
         torque = self._torque(control, state, velocity)
         if not (np.isfinite(state.q).all() and np.isfinite(torque).all()):
             return None
@@ -146,8 +142,7 @@ class Follower:
         a[3:BASE_V] = to_base @ (omega - omega_before) / period
         a[BASE_V:] = self._acceleration(period, velocity)
         need = self.model.inverse_dynamics(state.q, v, a)
-        pushed = np.einsum("lij,li->j", state.J_contact, control.force)
-        return np.asarray((need - pushed)[BASE_V:])
+        return np.asarray((need - carried(state, control.force))[BASE_V:])
 
     def _acceleration(self, period: float, velocity: Array) -> Array:
         """Mean over the last `ACCELERATION_TIME`, (n_j,), rad/s²."""

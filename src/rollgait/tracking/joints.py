@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, Field
 
 from rollgait.archive import ArchiveFormat
-from rollgait.config import Line
+from rollgait.config import Line, Positive
 from rollgait.errors import MISSING, InputError
 from rollgait.npz import Layout
 from rollgait.plan.samples import SAMPLES_LAYOUT, Samples
@@ -20,6 +20,9 @@ from rollgait.series import check_numbers, check_quaternions, check_times
 from rollgait.tracking.report import TrackingReport
 
 Array = NDArray[np.float64]
+
+INTERVAL_BEFORE: Final = 0.1
+"""Interval of the plan, s, where a file does not say it: what all were smoothed by when files did not."""
 
 _REFERENCE = "reference/"
 
@@ -40,6 +43,7 @@ class JointTrajectory:
         reference: the plan at these times. The heading of a wheel that is planned as a point foot is the one
             it is held at.
         robot: the planner's robot.
+        interval: the longest interval of the plan, s: within one, speeds and forces are constant.
         report: how well it follows the plan.
     """
 
@@ -53,6 +57,7 @@ class JointTrajectory:
     joint_torque: Array
     reference: Samples
     robot: Robot
+    interval: float
     report: TrackingReport
 
     def save(self, path: str | Path) -> Path:
@@ -60,6 +65,7 @@ class JointTrajectory:
         header = {
             "joint_names": list(self.joint_names),
             "robot": self.robot.model_dump(mode="json"),
+            "interval": self.interval,
             "report": self.report.to_dict(),
         }
         arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS}
@@ -85,6 +91,7 @@ class JointTrajectory:
             joint_names=header.joint_names,
             reference=Samples(**{f.name: arrays[_REFERENCE + f.name] for f in fields(Samples)}),
             robot=header.robot,
+            interval=header.interval,
             report=header.report,
         )
 
@@ -94,6 +101,7 @@ class _Header(BaseModel):
 
     joint_names: Annotated[tuple[Line, ...], Field(min_length=1)]
     robot: Robot
+    interval: Positive = INTERVAL_BEFORE
     report: TrackingReport
 
 

@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rollgait.dynamics.step import FootInput, State, step
+from rollgait.ocp.context import Context
 from rollgait.ocp.costs import FORCE_INTERVAL_REF
 from rollgait.ocp.friction import Friction
 from rollgait.ocp.instant import Inputs, Instant
-from rollgait.ocp.term import Context, Cost, Place
+from rollgait.ocp.term import Cost, Place
 from rollgait.robot.robot import Robot
 from rollgait.transcription.base import Structure
 from rollgait.transcription.code import CodeStore, StageSymbols

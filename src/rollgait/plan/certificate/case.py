@@ -4,26 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.plan.certificate.judged import Judged
 from rollgait.plan.certificate.motion import DenseMotion
 from rollgait.plan.certificate.physics import Array, in_yaw_frame
 from rollgait.robot.robot import FootKind, Leg, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
 
-if TYPE_CHECKING:
-    from rollgait.plan.plan import Plan
-
 
 @dataclass(frozen=True)
 class Case:
     """A plan to be judged."""
 
-    plan: Plan
+    plan: Judged
     motion: DenseMotion
 
     @property

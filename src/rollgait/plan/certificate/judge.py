@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import fields
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from rollgait.plan.certificate.case import Case
 from rollgait.plan.certificate.defects import check_defects
 from rollgait.plan.certificate.ends import check_final_stance, check_goal, check_rest, check_start
 from rollgait.plan.certificate.feet import check_forces, check_stance, check_swing
+from rollgait.plan.certificate.judged import Judged
 from rollgait.plan.certificate.limits import (
     check_accelerations,
     check_box,
@@ -22,9 +22,6 @@ from rollgait.plan.certificate.limits import (
 )
 from rollgait.plan.certificate.motion import DenseMotion
 from rollgait.plan.certificate.rows import Certificate, Row, measured
-
-if TYPE_CHECKING:
-    from rollgait.plan.plan import Plan
 
 CHECKS: tuple[Callable[[Case], Iterator[Row]], ...] = (
     check_defects,
@@ -43,7 +40,7 @@ CHECKS: tuple[Callable[[Case], Iterator[Row]], ...] = (
 )
 
 
-def certify(plan: Plan) -> Certificate:
+def certify(plan: Judged) -> Certificate:
     """Judges a plan by code that shares nothing with the optimiser.
 
     A plan whose motion is on other intervals than its schedule fails in the row `mesh`, one with a number
@@ -64,7 +61,7 @@ def certify(plan: Plan) -> Certificate:
     return Certificate(tuple(rows))
 
 
-def _check_mesh(plan: Plan) -> Iterator[Row]:
+def _check_mesh(plan: Judged) -> Iterator[Row]:
     """The intervals of the motion are those of its schedule, and fill the horizon that was asked for."""
     lengths, planned = plan.trajectory.lengths, plan.schedule.lengths
     apart = np.full(planned.shape, np.inf)

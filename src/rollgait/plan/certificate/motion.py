@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.plan.certificate.judged import Judged
 from rollgait.plan.certificate.physics import Array
 from rollgait.plan.samples import Samples
-
-if TYPE_CHECKING:
-    from rollgait.plan.plan import Plan
 
 SAMPLES = 12
 """Samples per interval; at least ten are promised."""
@@ -78,7 +76,7 @@ class DenseMotion:
     path_velocity: Array
 
     @classmethod
-    def of(cls, plan: Plan) -> DenseMotion:
+    def of(cls, plan: Judged) -> DenseMotion:
         """The plan, sampled."""
         tau, count, h = chebyshev_points(), plan.schedule.intervals, plan.schedule.lengths
         time = plan.schedule.node_times[:-1, None] + tau * h[:, None]

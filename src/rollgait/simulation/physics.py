@@ -1,0 +1,160 @@
+"""The whole robot in MuJoCo, millisecond by millisecond, whoever drives it: a plan or a controller."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.plant.disturbances import Disturbances
+from rollgait.robot.robot import LEG_NAMES
+from rollgait.robot.whole_body import WholeBody
+from rollgait.simulation.controller import Controller, Gains, JointReference
+from rollgait.simulation.measure import contact_forces, has_fallen
+from rollgait.simulation.world import TIME_STEP, build_world
+
+Array = NDArray[np.float64]
+
+
+class Pose(NamedTuple):
+    """Where the whole body is.
+
+    Attributes:
+        base_position: origin of the base link, (3,), m.
+        base_quaternion: base link to world, (x, y, z, w), (4,).
+        joint_position: (n_j,), rad.
+    """
+
+    base_position: Array
+    base_quaternion: Array
+    joint_position: Array
+
+
+class Load(NamedTuple):
+    """What the robot had to bear over some steps.
+
+    Attributes:
+        force: of the ground on each foot, mean, (4, 3), N.
+        torque_peak: largest |torque| of each drive, (n_j,), N m.
+    """
+
+    force: Array
+    torque_peak: Array
+
+
+class Physics:
+    """The world, its drives and what disturbs it. Knows neither plan nor controller.
+
+    Args:
+        body: the whole body.
+        joint_names: the driven joints.
+        gains: of the drives.
+        disturbances: what is not as whoever drives it takes it; pushes count time from 0.
+        pose: where it is first, on its feet and at rest; it is raised by what its wheels are larger than
+            known.
+        reference: what the joints shall do, step by step.
+        ground: z of the ground, m.
+        begins: how long before time 0 the first step is, s.
+
+    Attributes:
+        world: where things are in MuJoCo's model.
+        data: MuJoCo's data.
+        drives: joint PD with feed-forward.
+        steps: number of the next step; step 0 begins at time 0.
+
+    Raises:
+        InputError, FileError: as `build_world`.
+    """
+
+    def __init__(
+        self,
+        body: WholeBody,
+        joint_names: tuple[str, ...],
+        gains: Gains,
+        disturbances: Disturbances,
+        pose: Pose,
+        reference: JointReference,
+        *,
+        ground: float,
+        begins: float,
+    ) -> None:
+        self.world = build_world(body, joint_names, disturbances, damping=gains.damping, ground_height=ground)
+        self.data: Any = mujoco.MjData(self.world.model)
+        self.drives = Controller(gains, reference, round(disturbances.latency / TIME_STEP))
+        self.steps = -round(begins / TIME_STEP)
+        self._ground = ground
+        self._pushes = [
+            (round(push.start / TIME_STEP), round((push.start + push.duration) / TIME_STEP), push.vector)
+            for push in disturbances.pushes
+        ]
+        self._forget_load()
+        self._place(pose)
+
+    def _place(self, pose: Pose) -> None:
+        world, data = self.world, self.data
+        world.put(data, *pose)
+        data.qpos[2] += world.lift
+        mujoco.mj_forward(world.model, data)
+        self._height = float(data.qpos[2]) - self._ground
+
+    @property
+    def time(self) -> float:
+        """s."""
+        return self.steps * TIME_STEP
+
+    @property
+    def pose(self) -> Pose:
+        """Where the whole body is now."""
+        data = self.data
+        return Pose(data.qpos[:3].copy(), np.roll(data.qpos[3:7], -1), data.qpos[self.world.position])
+
+    @property
+    def has_fallen(self) -> bool:
+        """Whether the robot lies, now; also if the physics have become unstable."""
+        return has_fallen(self.world, self.data, self._ground, self._height)
+
+    def push(self, force: tuple[float, float, float], duration: float) -> None:
+        """From now on a force on the base, N, world, for a time, s. Pushes add up."""
+        self._pushes.append((self.steps, self.steps + max(1, round(duration / TIME_STEP)), force))
+
+    def step(self, row: int) -> None:
+        """One step of `TIME_STEP` in which the joints follow a row of the reference."""
+        self.begin_step(row)
+        self.end_step()
+
+    def begin_step(self, row: int) -> None:
+        """The first half of `step`: all of the data that follows from positions and velocities is of now."""
+        data = self.data
+        if self._pushes:
+            self._apply_pushes()
+        data.ctrl[:] = self.drives.control(row, data.qpos[self.world.position])
+        mujoco.mj_step1(self.world.model, data)
+
+    def end_step(self) -> None:
+        """The second half of `step`: forces are known only here, where positions have moved on."""
+        data = self.data
+        mujoco.mj_step2(self.world.model, data)
+        self._force += contact_forces(self.world, data)
+        np.maximum(self._peak, np.abs(data.actuator_force, out=self._magnitude), out=self._peak)
+        self._borne += 1
+        self.steps += 1
+
+    def take_load(self) -> Load:
+        """What was borne since this was asked last; there must have been a step."""
+        load = Load(self._force / self._borne, self._peak)
+        self._forget_load()
+        return load
+
+    def _forget_load(self) -> None:
+        self._force: Array = np.zeros((len(LEG_NAMES), 3))
+        self._peak: Array = np.zeros(len(self.world.joint_names))
+        self._magnitude: Array = np.zeros_like(self._peak)
+        self._borne = 0
+
+    def _apply_pushes(self) -> None:
+        now = self.steps
+        acting = [vector for begin, end, vector in self._pushes if begin <= now < end]
+        self.data.xfrc_applied[self.world.base, :3] = np.sum(acting, axis=0) if acting else 0.0
+        self._pushes = [push for push in self._pushes if now < push[1]]
