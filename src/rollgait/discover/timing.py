@@ -56,4 +56,5 @@ def timed(crossings: Sequence[Crossing], s: Array, length: Array, pace: Pace) ->
     rest = max(0.0, length[-1] - place) / pace.speed
     last = free - pace.shift if crossings else 0.0
     horizon = max(time + rest, last) + pace.pause
-    return Schedule(**{name: swings[name] for name in LEG_NAMES}), float(np.ceil(horizon * 10.0) / 10.0)
+    gait = Schedule(FL=swings["FL"], FR=swings["FR"], HL=swings["HL"], HR=swings["HR"])
+    return gait, float(np.ceil(horizon * 10.0) / 10.0)

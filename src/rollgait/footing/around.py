@@ -12,7 +12,7 @@ from rollgait.footing.footing import FEET, LEAVE_SIZE, Array, Footing, SwingOver
 from rollgait.footing.phases import OVER_CLEARANCE, FeetPaths, Phase, phases_of
 from rollgait.scenario.schedule import ContactSchedule
 from rollgait.terrain.convex_region import SIDES
-from rollgait.terrain.local_models import local_models
+from rollgait.terrain.local_models import models_along
 from rollgait.terrain.references import base_reference
 from rollgait.terrain.regions import Regions
 
@@ -73,7 +73,8 @@ class Ways:
         for leg, (region, own) in enumerate(zip(self.regions, self.phases, strict=True)):
             stands = self.schedule.contact[leg]
             refs = 0.5 * (paths.xy[:-1, leg] + paths.xy[1:, leg])
-            models = local_models(region, refs[stands], 0.5 * (paths.yaw[:-1] + paths.yaw[1:])[stands])
+            begin, end = paths.xy[:-1, leg][stands], paths.xy[1:, leg][stands]
+            models = models_along(region, begin, end, paths.heading[:-1, leg][stands])
             numbers = np.array([m.numbers() for m in models]).reshape(-1, MODEL_SIZE)
             curved |= any(m.curved for m in models)
             model[leg, stands] = numbers

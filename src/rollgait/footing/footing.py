@@ -29,6 +29,7 @@ PARAMETERS: Final[Mapping[str, int]] = {
     "ground_leave": FEET * LEAVE_SIZE,
     "contact_slope": FEET * 2,
     "foot_radius": FEET,
+    "base_tilt": 4,
 }
 """Names and sizes of what a stage must know of ground that is not flat."""
 
@@ -176,4 +177,5 @@ class Footing:
             "ground_leave": stacked(self.leave),
             "contact_slope": stacked(self.contact_slope),
             "foot_radius": np.repeat(self.radius[:, None], self.count, axis=1),
+            "base_tilt": np.hstack([self.base[:-1, 1:], self.base[1:, 1:]]).T,
         }

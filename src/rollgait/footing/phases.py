@@ -21,8 +21,8 @@ from rollgait.terrain.convex_region import ConvexRegion
 from rollgait.terrain.regions import Regions
 
 OVER_LEAST: Final = 2
-"""Fewest intervals above what is gone over: with one alone the foot would have to be above both its borders at
-the same node."""
+"""Fewest intervals above what is gone over: with one alone the foot would have to be above both its borders
+at the same node."""
 SWING_SPEED_SHARE: Final = 0.8
 """Part of the limit of its speed at which a foot is reckoned to go over something: it rises there, too."""
 OVER_CLEARANCE: Final = 0.02

@@ -69,7 +69,7 @@ class LevelAtEnd(Constraint):
 
 
 class StanceAtEnd(FootConstraint):
-    """Rzᵀ (p_i − r)(T) = p̄_i in x and y (where the ground is not flat in the base frame), for every foot that
+    """Rzᵀ (p_i − r)(T) = p̄_i in x and y (in a tilted frame where the ground is not flat), for every foot that
     can get there.
 
     A foot that never swings cannot choose its place: a point foot stays where it is, a fixed wheel goes only

@@ -63,7 +63,7 @@ class ForceChange(Cost):
 
 
 class Feet(Cost):
-    """L_feet = Σ‖Rzᵀ (p_i − r) − p̄_i‖², in the base frame where the ground is not flat."""
+    """L_feet = Σ‖Rzᵀ (p_i − r) − p̄_i‖², in a tilted frame where the ground is not flat."""
 
     name = "feet"
 

@@ -34,6 +34,7 @@ class Body:
         interval: h, s.
         ground: height of the ground under each foot where it is level, 4, m.
         terrain: the ground under each foot where it is not; None where it is level.
+        tilt: pitch and roll that it asks for at both ends of the interval, 2 each, rad; None if level.
     """
 
     mass: ca.SX
@@ -44,6 +45,19 @@ class Body:
     interval: ca.SX
     ground: ca.SX
     terrain: tuple[FootGround, ...] | None = None
+    tilt: tuple[ca.SX, ca.SX] | None = None
+
+    def R_world_feet(self, yaw: ca.SX, tau: float) -> ca.SX:
+        """Axes in which feet are seen from the base at a fraction of the interval, to world, 3 × 3.
+
+        They have the base's yaw, and the pitch and roll that the ground asks for, from which the base's own
+        differ by little. On level ground they are those of the base-yaw frame.
+        """
+        if self.tilt is None:
+            return R_z(yaw)
+        begin, end = self.tilt
+        tilt = (1.0 - tau) * begin + tau * end
+        return R_world_base(ca.vertcat(yaw, tilt))
 
     def ground_height(self, leg: int, xy: Sequence[Any] | ca.SX) -> ca.SX:
         """z of the ground under the lowest point of a foot, m."""
@@ -58,8 +72,8 @@ class Foot:
         index: 0 … 3 for FL, FR, HL, HR.
         kind: of the foot.
         p: lowest point of the foot, world, 3, m; on level ground the contact point.
-        p_body: Rzᵀ (p − r), in the base-yaw frame, 3, m; where the ground is not level Rᵀ(θ) (p − r), in that
-            of the base.
+        p_body: Rzᵀ (p − r), in the base-yaw frame, 3, m; where the ground is not level that frame is tilted
+            as the ground asks for.
         height: of the foot above the ground, m.
         height_rate: how fast it rises above the ground, m/s.
         velocity: ṗ, world, 3, m/s.
@@ -157,6 +171,7 @@ def make_instant(
     inputs: Inputs,
     previous: Inputs,
     height_point: int | None = None,
+    tau: float = 0.0,
 ) -> Instant:
     """An instant from the numbers that a transcription holds.
 
@@ -172,9 +187,10 @@ def make_instant(
         inputs: forces and motions.
         previous: those of the interval before.
         height_point: number of the height point, if the instant is one.
+        tau: fraction of the interval that has passed.
     """
     r, theta = base[:3], base[3:]
-    R_feet = R_z(theta[0]) if body.terrain is None else R_world_base(theta)
+    R_feet = body.R_world_feet(theta[0], tau)
     feet = []
     for i, kind in enumerate(kinds):
         planar = planar_motion(

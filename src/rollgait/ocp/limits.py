@@ -19,7 +19,7 @@ from rollgait.scenario.scenario import Scenario
 class Box(FootConstraint):
     """|Rzᵀ (p_i − r) − p̄_i| ≤ b, componentwise; `full_rotation` uses R(θ) in place of Rz.
 
-    On ground that is not flat it is R(θ) always: the base tilts with the ground.
+    On ground that is not flat the frame is tilted as the ground asks for (`Body.R_world_feet`).
     """
 
     name = "box"

@@ -161,6 +161,7 @@ class StageSymbols:
             interval=p["interval"],
             ground=p["ground"],
             terrain=_terrain(p),
+            tilt=_tilt(p),
         )
         self.leaves = _leaves(p)
         self.inertia_inverse = symmetric(p["inertia_inverse"])
@@ -296,6 +297,11 @@ def _terrain(p: Mapping[str, ca.SX]) -> tuple[FootGround, ...] | None:
     return tuple(
         FootGround(ca.vertsplit(models[i]), ca.vertsplit(slopes[i]), p["foot_radius"][i]) for i in range(FEET)
     )
+
+
+def _tilt(p: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX] | None:
+    """Pitch and roll that the ground asks for at both ends of the interval, 2 each."""
+    return (p["base_tilt"][:2], p["base_tilt"][2:]) if "base_tilt" in p else None
 
 
 def _leaves(p: Mapping[str, ca.SX]) -> tuple[FootGround, ...] | None:

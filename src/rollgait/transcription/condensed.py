@@ -205,7 +205,7 @@ class _Interval:
         """The instant of a state at the fraction τ of the interval."""
         height, rates = self.heights_at(tau), _rate_at(self.inputs.lift_rate, tau)
         inputs, previous = self.inputs, self.previous
-        return instant_of(self.body, self.robot, x, height, rates, inputs, previous, height_point)
+        return instant_of(self.body, self.robot, x, height, rates, inputs, previous, height_point, tau)
 
     def heights_at(self, tau: float) -> list[ca.SX]:
         """Heights of the feet above the ground at the fraction τ of the interval."""
@@ -276,7 +276,8 @@ class _EndStage:
             _state_of(self.layout, node, _Scaled(body), body),
             ca.vertsplit(node[self.layout.node["z"]]),
         )
-        instant = instant_of(body, figures(symbols), x, height, none, Inputs.none(), Inputs.none())
+        nothing = Inputs.none()
+        instant = instant_of(body, figures(symbols), x, height, none, nothing, nothing, tau=1.0)
         symbols.add_costs([instant], np.ones(1), terminal=True)
         symbols.add_constraints({Place.TERMINAL: [instant]})
         return node

@@ -63,6 +63,7 @@ def instant_of(
     inputs: Inputs,
     previous: Inputs,
     height_point: int | None = None,
+    tau: float = 0.0,
 ) -> Instant:
     """The instant of a state; the arguments are those of `make_instant`.
 
@@ -81,6 +82,7 @@ def instant_of(
         inputs,
         previous,
         height_point,
+        tau,
     )
 
 
