@@ -202,6 +202,9 @@ def print_simulation(report: SimulationReport) -> None:
         ],
         right=[1, 2, 3],
     )
+    for contact in report.unplanned:
+        where = f"{contact.link} touches the ground at {number(contact.time)} s"
+        print(f"\nunplanned contact: {where}, with up to {number(contact.force)} N")
     print(f"\n  {verdict(report)}")
 
 

@@ -10,6 +10,7 @@ from rollgait.plant.disturbances import Disturbances
 from rollgait.robot.whole_body import EXTRA, WholeBody, find_whole_body, load_whole_body
 from rollgait.simulation.controller import WHEEL_MODES
 from rollgait.simulation.log import SimulationLog
+from rollgait.terrain.terrain import Terrain
 from rollgait.tracking import JointTrajectory, track
 
 
@@ -21,12 +22,14 @@ def simulate(
     wheels: str = "angle",
     force: bool = False,
     whole_body: WholeBody | str | Path | None = None,
+    terrain: Terrain | None = None,
 ) -> SimulationLog:
     """Lets the whole body execute a motion in MuJoCo, which shares nothing with the planner.
 
     Joint PD and feed-forward torques, clipped at the effort limits; 1 ms steps, elliptic friction cones.
-    Only the feet collide, and joints are rigid. The robot begins at rest where the plan begins, and stands
-    for half a second after the motion.
+    Joints are rigid. Only the feet collide with a plane; with a terrain the base and the legs do as well, and
+    the log says so. The robot begins at rest where the plan begins, and stands for half a second after the
+    motion.
 
     Args:
         motion: a joint trajectory, or a plan, which is tracked first.
@@ -35,6 +38,7 @@ def simulate(
         wheels: `angle` follows the integrated planned angle of the wheels, `velocity` only their speed.
         force: execute the plan even if its certificate fails.
         whole_body: the whole body, or the YAML file that describes it; the robot's own if not given.
+        terrain: the ground; a plane under the planned feet if not given.
 
     Returns:
         The log, which judges itself: `log.report()`.
@@ -57,4 +61,6 @@ def simulate(
         body = whole_body if isinstance(whole_body, WholeBody) else load_whole_body(whole_body)
     from rollgait.simulation.run import run
 
-    return run(joints, body, disturbances or Disturbances(), feedback=feedback, wheels=wheels)
+    return run(
+        joints, body, disturbances or Disturbances(), feedback=feedback, wheels=wheels, terrain=terrain
+    )

@@ -18,8 +18,9 @@ from rollgait.npz import Layout
 from rollgait.plant.disturbances import Disturbances
 from rollgait.robot.robot import Robot
 from rollgait.series import check_numbers, check_quaternions, check_times
-from rollgait.simulation.record import SimulationRecord
+from rollgait.simulation.record import SimulationRecord, UnplannedContact
 from rollgait.simulation.report import SimulationReport, judge
+from rollgait.terrain.terrain import Terrain, TerrainHeader, terrain_layout
 
 Array = NDArray[np.float64]
 
@@ -43,8 +44,12 @@ class SimulationLog(SimulationRecord):
             "robot": self.robot.model_dump(mode="json"),
             "disturbances": self.disturbances.model_dump(mode="json"),
             **{name: getattr(self, name) for name in _PLAIN},
+            "unplanned": [contact.model_dump(mode="json") for contact in self.unplanned],
         }
         arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS}
+        if self.terrain is not None:
+            header["terrain"] = self.terrain.to_dict()
+            arrays |= {_TERRAIN + name: array for name, array in self.terrain.arrays().items()}
         return _FILE.write(path, header, arrays)
 
     @classmethod
@@ -58,11 +63,15 @@ class SimulationLog(SimulationRecord):
         with _FILE.damage_told(path):
             check_times(arrays["time"])
             check_numbers(arrays, set(_ARRAYS) - {"slip", "effort_max"})
+            parts = dict(header)
+            if header.terrain is not None:
+                heights = {name.removeprefix(_TERRAIN): a for name, a in arrays.items() if _TERRAIN in name}
+                parts["terrain"] = Terrain.from_dict(header.terrain.model_dump(mode="json"), heights)
             for name in ("base_quaternion", "planned_base_quaternion"):
                 check_quaternions(name, arrays[name])
             if not np.all(arrays["effort_max"] > 0.0):
                 raise InputError("effort_max", MISSING, "must hold positive numbers")
-        return cls(**arrays, **dict(header))  # type: ignore[arg-type]  # the header names its parts as here
+        return cls(**{name: arrays[name] for name in _ARRAYS}, **parts)  # type: ignore[arg-type]  # the header names its parts as here
 
 
 class _Header(BaseModel):
@@ -76,19 +85,23 @@ class _Header(BaseModel):
     motion_end: Number
     fallen_at: Number | None
     wall_time: NonNegative
+    terrain: TerrainHeader | None = None
+    unplanned: tuple[UnplannedContact, ...] = ()
 
 
+_TERRAIN: Final = "terrain/"
 _PLAIN: Final = ("feedback", "ground_height", "motion_end", "fallen_at", "wall_time")
 _ARRAYS: Final = tuple(
     field.name
     for field in fields(SimulationLog)
-    if field.name not in (*_PLAIN, "joint_names", "robot", "disturbances")
+    if field.name not in (*_PLAIN, "joint_names", "robot", "disturbances", "terrain", "unplanned")
 )
 
 
 def _layout(header: _Header) -> Layout:
     """The arrays of a log; n samples."""
     count = len(header.joint_names)
+    ground = {} if header.terrain is None else terrain_layout(header.terrain)
     joints = ("joint_position", "joint_velocity", "joint_torque", "torque_peak")
     places = ("base_position", "com_position", "planned_base_position", "planned_com_position")
     return {
@@ -101,6 +114,7 @@ def _layout(header: _Header) -> Layout:
         "slip": ("f", ("n", 4)),
         "planned_contact": ("b", ("n", 4)),
         "effort_max": ("f", (count,)),
+        **{_TERRAIN + name: described for name, described in ground.items()},
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import mujoco
 import numpy as np
@@ -13,6 +13,7 @@ from rollgait.plant.fall import is_fallen
 from rollgait.plant.state import RobotState
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.simulation.world import World
+from rollgait.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
 
@@ -20,11 +21,24 @@ _AXES: Final = np.arange(3)
 _UP: Final = np.array([0.0, 0.0, 1.0])
 
 
-def contact_forces(world: World, data: Any) -> Array:
-    """Force of the ground on each foot, (4, 3), N, in the step that has just been solved."""
+class Contacts(NamedTuple):
+    """What touches the ground.
+
+    Attributes:
+        force: of the ground on each foot, (4, 3), N.
+        others: what else touches it: number of the body in MuJoCo's model, and size of the force on it, N.
+    """
+
+    force: Array
+    others: list[tuple[int, float]]
+
+
+def contacts_of(world: World, data: Any) -> Contacts:
+    """Forces of the ground in the step that has just been solved."""
     result = np.zeros((len(LEG_NAMES), 3))
+    others: list[tuple[int, float]] = []
     if data.ncon == 0:
-        return result
+        return Contacts(result, others)
     contact = data.contact
     address = contact.efc_address
     active = address >= 0
@@ -35,22 +49,48 @@ def contact_forces(world: World, data: Any) -> Array:
     pairs, frames = contact.geom[active], contact.frame[active].reshape(-1, 3, 3)
     force = np.einsum("ci,cij->cj", local, frames)
     for pair, value in zip(pairs.tolist(), force, strict=True):
-        foot = world.feet.index(max(pair))
-        result[foot] += value if pair[1] == world.feet[foot] else -value  # acts on the second geom
-    return result
+        geom = max(pair)  # those of the ground come first
+        foot = world.foot_of[geom]
+        if foot >= 0:
+            result[foot] += value if pair[1] == geom else -value  # acts on the second geom
+        else:
+            others.append((int(world.model.geom_bodyid[geom]), float(np.linalg.norm(value))))
+    return Contacts(result, others)
 
 
 def slip(world: World, data: Any) -> Array:
-    """Speed of the material contact points over the ground, (4,), m/s; NaN in the air."""
+    """Speed of the feet's material contact points along the ground, (4,), m/s; NaN in the air."""
     result, twist = np.full(len(LEG_NAMES), np.nan), np.zeros(6)
     for number in range(data.ncon):
         contact = data.contact[number]
         geom = max(contact.geom1, contact.geom2)
+        foot = world.foot_of[geom]
+        if foot < 0:
+            continue
         mujoco.mj_objectVelocity(world.model, data, mujoco.mjtObj.mjOBJ_GEOM, geom, twist, 0)
-        lever = contact.pos - data.geom_xpos[geom]
-        speed = (twist[3:] + np.cross(twist[:3], lever))[:2]
-        result[world.feet.index(geom)] = np.linalg.norm(speed)
+        velocity = twist[3:] + np.cross(twist[:3], contact.pos - data.geom_xpos[geom])
+        normal = contact.frame[:3]
+        along = velocity - (velocity @ normal) * normal
+        result[foot] = np.fmax(result[foot], np.linalg.norm(along))
     return result
+
+
+def ground_under(world: World, data: Any, terrain: Terrain | None, height: float) -> float:
+    """z of the ground under the robot, m; NaN where it is not known.
+
+    It is the median under its feet, so that a ditch under one of them does not count.
+
+    Args:
+        world: where the feet are.
+        data: MuJoCo's data.
+        terrain: the ground.
+        height: of the plane that is the ground where there is no terrain, m.
+    """
+    if terrain is None:
+        return height
+    under = terrain.height(*data.geom_xpos[list(world.feet), :2].T)
+    known = under[np.isfinite(under)]
+    return float(np.median(known)) if known.size else np.nan
 
 
 def has_fallen(world: World, data: Any, ground: float, height: float) -> bool:

@@ -12,8 +12,10 @@ from rollgait.plant.disturbances import Disturbances
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.robot.whole_body import WholeBody
 from rollgait.simulation.controller import Controller, Gains, JointReference
-from rollgait.simulation.measure import contact_forces, has_fallen
+from rollgait.simulation.measure import contacts_of, ground_under, has_fallen
+from rollgait.simulation.record import UnplannedContact
 from rollgait.simulation.world import TIME_STEP, build_world
+from rollgait.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
 
@@ -55,7 +57,8 @@ class Physics:
         pose: where it is first, on its feet and at rest; it is raised by what its wheels are larger than
             known.
         reference: what the joints shall do, step by step.
-        ground: z of the ground, m.
+        ground: z of the ground where that is a plane, m.
+        terrain: the ground, in place of the plane.
         begins: how long before time 0 the first step is, s.
 
     Attributes:
@@ -63,6 +66,7 @@ class Physics:
         data: MuJoCo's data.
         drives: joint PD with feed-forward.
         steps: number of the next step; step 0 begins at time 0.
+        unplanned: what else than a foot has touched the ground, by its link.
 
     Raises:
         InputError, FileError: as `build_world`.
@@ -79,12 +83,22 @@ class Physics:
         *,
         ground: float,
         begins: float,
+        terrain: Terrain | None = None,
     ) -> None:
-        self.world = build_world(body, joint_names, disturbances, damping=gains.damping, ground_height=ground)
+        self.world = build_world(
+            body,
+            joint_names,
+            disturbances,
+            damping=gains.damping,
+            ground_height=ground,
+            terrain=terrain,
+            about=pose.base_position[:2],
+        )
         self.data: Any = mujoco.MjData(self.world.model)
         self.drives = Controller(gains, reference, round(disturbances.latency / TIME_STEP))
         self.steps = -round(begins / TIME_STEP)
-        self._ground = ground
+        self.unplanned: dict[str, UnplannedContact] = {}
+        self._plane, self._terrain = ground, terrain
         self._pushes = [
             (round(push.start / TIME_STEP), round((push.start + push.duration) / TIME_STEP), push.vector)
             for push in disturbances.pushes
@@ -97,7 +111,7 @@ class Physics:
         world.put(data, *pose)
         data.qpos[2] += world.lift
         mujoco.mj_forward(world.model, data)
-        self._height = float(data.qpos[2]) - self._ground
+        self._height = float(data.qpos[2]) - self.ground
 
     @property
     def time(self) -> float:
@@ -111,9 +125,14 @@ class Physics:
         return Pose(data.qpos[:3].copy(), np.roll(data.qpos[3:7], -1), data.qpos[self.world.position])
 
     @property
+    def ground(self) -> float:
+        """z of the ground under the robot now, m; NaN where it is not known."""
+        return ground_under(self.world, self.data, self._terrain, self._plane)
+
+    @property
     def has_fallen(self) -> bool:
         """Whether the robot lies, now; also if the physics have become unstable."""
-        return has_fallen(self.world, self.data, self._ground, self._height)
+        return has_fallen(self.world, self.data, self.ground, self._height)
 
     def push(self, force: tuple[float, float, float], duration: float) -> None:
         """From now on a force on the base, N, world, for a time, s. Pushes add up."""
@@ -136,7 +155,10 @@ class Physics:
         """The second half of `step`: forces are known only here, where positions have moved on."""
         data = self.data
         mujoco.mj_step2(self.world.model, data)
-        self._force += contact_forces(self.world, data)
+        contacts = contacts_of(self.world, data)
+        self._force += contacts.force
+        for body, force in contacts.others:
+            self._note_unplanned(self.world.model.body(body).name, force)
         np.maximum(self._peak, np.abs(data.actuator_force, out=self._magnitude), out=self._peak)
         self._borne += 1
         self.steps += 1
@@ -152,6 +174,11 @@ class Physics:
         self._peak: Array = np.zeros(len(self.world.joint_names))
         self._magnitude: Array = np.zeros_like(self._peak)
         self._borne = 0
+
+    def _note_unplanned(self, link: str, force: float) -> None:
+        known = self.unplanned.get(link)
+        first, largest = (self.time, 0.0) if known is None else (known.time, known.force)
+        self.unplanned[link] = UnplannedContact(link=link, time=first, force=max(largest, force))
 
     def _apply_pushes(self) -> None:
         now = self.steps

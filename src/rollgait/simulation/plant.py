@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Final
 
 import numpy as np
@@ -19,7 +20,9 @@ from rollgait.simulation.controller import Gains, JointReference, MovingAverage
 from rollgait.simulation.drives import gains_of
 from rollgait.simulation.measure import StateReader, axles_to_the_left
 from rollgait.simulation.physics import Load, Physics, Pose
+from rollgait.simulation.record import UnplannedContact
 from rollgait.simulation.world import TIME_STEP
+from rollgait.terrain.terrain import Terrain
 from rollgait.tracking.follower import Follower, JointTarget
 
 Array = NDArray[np.float64]
@@ -44,6 +47,7 @@ class MujocoPlant:
         disturbances: what is not as the controller takes it; pushes count time from the start.
         gains: of the drives; those that suit the robot if not given.
         smoothing: width of the moving average that the joints' targets go through, s; 0 for none.
+        terrain: the ground; a plane under the feet of the start if not given.
 
     Attributes:
         name: `mujoco`.
@@ -69,6 +73,7 @@ class MujocoPlant:
         disturbances: Disturbances | None = None,
         gains: Gains | None = None,
         smoothing: float = SMOOTHING,
+        terrain: Terrain | None = None,
     ) -> None:
         if not start.is_finite():
             raise InputError("start", "nan", "must be a state of finite numbers")
@@ -93,6 +98,7 @@ class MujocoPlant:
             JointReference(*(row[None] for row in (rest.position, rest.velocity, rest.torque))),
             ground=float(np.mean(start.foot_position[:, 2])),
             begins=SETTLING,
+            terrain=terrain,
         )
         self._start_time = start.time
         self._reader = self._reader_at(start)
@@ -171,6 +177,11 @@ class MujocoPlant:
         for row in range(count):
             physics.step(row)
         self._note(physics.take_load())
+
+    @property
+    def unplanned(self) -> Mapping[str, UnplannedContact]:
+        """What else than a foot has touched the ground, by its link; only a terrain can be touched so."""
+        return self._physics.unplanned
 
     def push(self, force: Array, duration: float) -> None:
         """From now on a force on the base, (3,), N, world, for a time, s. Pushes add up.

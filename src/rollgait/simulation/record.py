@@ -7,10 +7,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.config import Config, Line, NonNegative, Number
 from rollgait.plant.disturbances import Disturbances
 from rollgait.robot.robot import Robot
+from rollgait.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
+
+
+class UnplannedContact(Config):
+    """Something other than a foot has touched the ground."""
+
+    link: Line
+    """The link that did."""
+    time: Number
+    """When it did first, s."""
+    force: NonNegative
+    """Largest force on it, N."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +52,9 @@ class SimulationRecord:
         robot: the planner's robot.
         disturbances: what was not as planned.
         feedback: whether the base pose was fed back.
-        ground_height: z of the ground, m.
+        ground_height: z of the ground where that is a plane, else of what is under the robot at the start, m.
+        terrain: the ground; None if it is a plane.
+        unplanned: what else than a foot touched the ground, in the order in which it did first.
         motion_end: when the planned motion ends, s; the robot stands still from then on.
         fallen_at: when it fell, s; None if it did not. The log ends there.
         wall_time: how long the simulation took, s.
@@ -70,6 +85,8 @@ class SimulationRecord:
     motion_end: float
     fallen_at: float | None
     wall_time: float
+    terrain: Terrain | None = None
+    unplanned: tuple[UnplannedContact, ...] = ()
 
     @property
     def fallen(self) -> bool:

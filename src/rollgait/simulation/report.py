@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.robot.robot import LEG_NAMES
-from rollgait.simulation.record import SimulationRecord
+from rollgait.simulation.record import SimulationRecord, UnplannedContact
 
 Array = NDArray[np.float64]
 
@@ -48,6 +48,7 @@ class SimulationReport:
         slip_p50, slip_p95: percentiles of the speed of loaded contact points over the ground, m/s.
         force_rms: root mean square of measured less planned contact force of each leg, (4,), N.
         force_planned_rms: that of the planned force itself, to compare with, (4,), N.
+        unplanned: what else than a foot touched the ground, in the order in which it did first.
         joints: use of the torque limits, the most used first.
         real_time_factor: simulated time over the time it took.
     """
@@ -67,12 +68,14 @@ class SimulationReport:
     slip_p95: float
     force_rms: tuple[float, ...]
     force_planned_rms: tuple[float, ...]
+    unplanned: tuple[UnplannedContact, ...]
     joints: tuple[JointUse, ...]
     real_time_factor: float
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, e.g. for JSON; angles in rad."""
         data = asdict(self)
+        data["unplanned"] = [contact.model_dump() for contact in self.unplanned]
         for name in ("force_rms", "force_planned_rms"):
             data[name] = dict(zip(LEG_NAMES, data[name], strict=True))
         return data
@@ -104,6 +107,7 @@ def judge(log: SimulationRecord) -> SimulationReport:
         slip_p95=slip_p95,
         force_rms=_rms_by_leg(difference),
         force_planned_rms=_rms_by_leg(log.planned_force),
+        unplanned=log.unplanned,
         joints=_joint_use(log),
         real_time_factor=float(log.time[-1] / log.wall_time) if log.wall_time > 0.0 else np.inf,
     )

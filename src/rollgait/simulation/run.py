@@ -17,6 +17,7 @@ from rollgait.simulation.log import SimulationLog
 from rollgait.simulation.measure import slip
 from rollgait.simulation.physics import Physics, Pose
 from rollgait.simulation.world import TIME_STEP
+from rollgait.terrain.terrain import Terrain
 from rollgait.tracking.joints import JointTrajectory
 
 Array = NDArray[np.float64]
@@ -36,10 +37,11 @@ def run(
     feedback: bool = False,
     wheels: str = "angle",
     gains: Gains | None = None,
+    terrain: Terrain | None = None,
 ) -> SimulationLog:
     """Simulates a joint trajectory; see `rollgait.simulate`."""
     drives = gains or gains_of(joints.robot, body, joints.joint_names, wheels)
-    return _Run(body, joints, disturbances, drives, feedback).log()
+    return _Run(body, joints, disturbances, drives, feedback, terrain).log()
 
 
 def _ground_height(joints: JointTrajectory) -> float:
@@ -58,9 +60,9 @@ class _Run:
         disturbances: Disturbances,
         gains: Gains,
         feedback: bool,
+        terrain: Terrain | None,
     ) -> None:
-        self._joints, self._disturbances = joints, disturbances
-        self._ground = _ground_height(joints)
+        self._joints, self._disturbances, self._terrain = joints, disturbances, terrain
         self._end = float(joints.time[-1])
         lead = 0.5 * smoothing_of(joints)  # the smoothed motion begins that early, from rest
         first, last = -round(lead / TIME_STEP), round((self._end + STANDING) / TIME_STEP)
@@ -73,9 +75,11 @@ class _Run:
             disturbances,
             Pose(joints.base_position[0], joints.base_quaternion[0], joints.joint_position[0]),
             reference_at(joints, times),
-            ground=self._ground,
+            ground=_ground_height(joints),
             begins=lead,
+            terrain=terrain,
         )
+        self._ground = self._physics.ground
         self._feedback = BaseFeedback(self._physics.world, joints) if feedback else None
         self._rows: list[dict[str, Array]] = []
 
@@ -138,6 +142,8 @@ class _Run:
             motion_end=self._end,
             fallen_at=fallen_at,
             wall_time=wall_time,
+            terrain=self._terrain,
+            unplanned=tuple(self._physics.unplanned.values()),
         )
 
 

@@ -156,7 +156,15 @@ def world_of(log: SimulationLog, body: WholeBody) -> World:
     """The world of a log, to be looked at."""
     from rollgait.simulation.world import build_world
 
-    return build_world(body, log.joint_names, log.disturbances, ground_height=log.ground_height, visual=True)
+    return build_world(
+        body,
+        log.joint_names,
+        log.disturbances,
+        ground_height=log.ground_height,
+        terrain=log.terrain,
+        about=log.base_position[0, :2],
+        visual=True,
+    )
 
 
 def put(log: SimulationLog, k: int, world: World, data: Any) -> None:

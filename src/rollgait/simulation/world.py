@@ -1,6 +1,7 @@
 """The world in MuJoCo: the robot's URDF with a free base, its feet, and the ground.
 
-Only the feet collide. A wheel is an ellipsoid, thin along its axle: a cylinder of full width would scrub
+On a plane only the feet collide; on a terrain the base and the legs do as well, with the shapes that the URDF
+gives them for it. A wheel is an ellipsoid, thin along its axle: a cylinder of full width would scrub
 where it steers. MuJoCo's contacts are soft: a foot sinks in by a fraction of a millimetre and creeps by
 millimetres per second.
 """
@@ -22,6 +23,8 @@ from rollgait.robot.robot import GRAVITY, LEG_NAMES
 from rollgait.robot.urdf_feet import FootShape, measure_foot
 from rollgait.robot.urdf_files import UNLIMITED, Urdf, read_urdf
 from rollgait.robot.whole_body import WholeBody
+from rollgait.simulation.ground_bodies import CONTACT_TIME, add_plane, add_terrain
+from rollgait.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
 
@@ -30,9 +33,6 @@ TIME_STEP: Final = 1e-3
 
 IMPEDANCE_RATIO: Final = 50.0
 """Of frictional to normal constraints: with MuJoCo's default of 1 a loaded foot slides."""
-
-CONTACT_TIME: Final = 5e-3
-"""Time constant of a contact, s. With MuJoCo's default of 20 ms loaded wheels creep four times as fast."""
 
 PAYLOAD_RADIUS: Final = 0.05
 """Radius of the ball that a payload is, m."""
@@ -46,8 +46,8 @@ POINT_RADIUS: Final = 0.01
 INERTIA_MIN: Final = 1e-9
 """Smallest principal moment of inertia of a link, kg m²; MuJoCo refuses less."""
 
-GROUND: Final = "ground"
 _FOOT: Final = "foot_"
+_HIDDEN: Final = 3
 _PAIRS: Final = ("xx", "yy", "zz", "xy", "xz", "yz")
 _ROOT: Final = "root_link"
 _MESHES: Final = (".stl", ".obj", ".msh")
@@ -64,7 +64,8 @@ class World:
         position: (n_j,), places of the joints in qpos.
         velocity: (n_j,), places in qvel.
         effort_max: (n_j,), N m, inf where there is no limit.
-        feet: (4,), numbers of the geoms that touch the ground, FL, FR, HL, HR.
+        feet: (4,), numbers of the geoms that are meant to touch the ground, FL, FR, HL, HR.
+        foot_of: for each geom the number of its foot, 0 to 3; −1 if it is none.
         wheels, steering: for each leg the place of its wheel and steering joint in `joint_names`; None where
             it has none.
         legs: for each leg the places of the joints that carry it, without its wheel's, from the base down.
@@ -80,6 +81,7 @@ class World:
     velocity: NDArray[np.int_]
     effort_max: Array
     feet: tuple[int, ...]
+    foot_of: tuple[int, ...]
     wheels: tuple[int | None, ...]
     steering: tuple[int | None, ...]
     legs: tuple[NDArray[np.int_], ...]
@@ -108,6 +110,8 @@ def build_world(
     *,
     damping: Array | None = None,
     ground_height: float = 0.0,
+    terrain: Terrain | None = None,
+    about: Array | None = None,
     visual: bool = False,
 ) -> World:
     """The robot on the ground.
@@ -117,7 +121,9 @@ def build_world(
         joint_names: joints that get an actuator, in this order.
         disturbances: friction, radius error, payload and slope are part of the world.
         damping: of the drives, (n_j,), N m s/rad: part of their torque, and integrated implicitly.
-        ground_height: z of the ground, m.
+        ground_height: z of the ground where that is a plane, m.
+        terrain: the ground, in place of the plane. Base and legs then collide with it, too.
+        about: where the robot starts on it, (2,), m; the origin if not given.
         visual: load the meshes for people to look at.
 
     Raises:
@@ -126,7 +132,8 @@ def build_world(
     """
     given = disturbances or Disturbances()
     urdf = read_urdf(body.urdf)
-    spec = _read(urdf, visual)
+    colliding = set() if terrain is None else _colliding_links(body, urdf)
+    spec = _read(urdf, visual, colliding)
     root = spec.worldbody.first_body()
     root.add_freejoint(name="floating_base")
     efforts = _limits(urdf)
@@ -144,7 +151,10 @@ def build_world(
         _add_foot(spec, name, leg.frame, shape, true, given.friction)
         known.append(nominal)
         used.append(true)
-    _add_ground(spec, ground_height, given.friction, visual)
+    if terrain is None:
+        add_plane(spec, ground_height, given.friction, visual)
+    else:
+        add_terrain(spec, terrain, np.zeros(2) if about is None else about, given.friction, visual)
     if given.payload is not None:
         _add_payload(root, given.payload)
     missing = [name for name in joint_names if name not in {joint.name for joint in spec.joints}]
@@ -160,6 +170,7 @@ def build_world(
         raise FileError("urdf", body.urdf, f"is not understood by MuJoCo: {_first_line(error)}") from None
     places = [model.joint(name) for name in joint_names]
     index = {name: place for place, name in enumerate(joint_names)}
+    feet = tuple(model.geom(_FOOT + name).id for name in LEG_NAMES)
     return World(
         model=model,
         base=1,
@@ -167,7 +178,8 @@ def build_world(
         position=np.array([joint.qposadr[0] for joint in places]),
         velocity=np.array([joint.dofadr[0] for joint in places]),
         effort_max=effort_max,
-        feet=tuple(model.geom(_FOOT + name).id for name in LEG_NAMES),
+        feet=feet,
+        foot_of=tuple(feet.index(geom) if geom in feet else -1 for geom in range(model.ngeom)),
         wheels=tuple(index.get(leg.wheel_joint or "") for _, leg in body.leg_list()),
         steering=tuple(index.get(leg.steering_joint or "") for _, leg in body.leg_list()),
         legs=leg_joints(body, urdf, joint_names),
@@ -186,27 +198,41 @@ def leg_joints(body: WholeBody, urdf: Urdf, joint_names: tuple[str, ...]) -> tup
     return tuple(legs)
 
 
-def _read(urdf: Urdf, visual: bool) -> Any:
-    """The URDF as MuJoCo's editable description, without collision geometry."""
+def _colliding_links(body: WholeBody, urdf: Urdf) -> set[str]:
+    """What may touch the ground beside the feet before the robot has fallen: links of base and legs."""
+    joints = [joint for _, leg in body.leg_list() for joint in urdf.chain(leg.frame)]
+    feet = {name for _, leg in body.leg_list() for name in (leg.frame, leg.wheel)}
+    return {name for joint in joints for name in (joint.parent, joint.child)} - feet
+
+
+def _read(urdf: Urdf, visual: bool, colliding: set[str]) -> Any:
+    """The URDF as MuJoCo's editable description, with the collision geometry of some links only."""
     root = copy.deepcopy(urdf.root)
     for link in root.findall("link"):
         if link.get("name") == "world":  # MuJoCo would weld it
             _rename(root, "world", _ROOT)
+        wanted = {"visual": visual, "collision": link.get("name") in colliding}
         for part in [*link.findall("collision"), *link.findall("visual")]:
-            if part.tag == "visual" and visual and _can_be_shown(part, urdf):
-                continue
-            link.remove(part)
+            if not (wanted[part.tag] and _is_loadable(part, urdf)):
+                link.remove(part)
         _repair_inertia(link)
     for extension in root.findall("mujoco"):
         root.remove(extension)
     settings = {"strippath": "false", "discardvisual": "false", "fusestatic": "false", "autolimits": "true"}
     ET.SubElement(ET.SubElement(root, "mujoco"), "compiler", settings)
     try:
-        return mujoco.MjSpec.from_string(ET.tostring(root, encoding="unicode"))
+        spec = mujoco.MjSpec.from_string(ET.tostring(root, encoding="unicode"))
     except ValueError as error:
         raise FileError(
             "urdf", str(urdf.path), f"is not understood by MuJoCo: {_first_line(error)}"
         ) from None
+    for geom in spec.geoms:
+        if geom.contype:  # collision geometry: it meets the ground, not the robot itself
+            geom.conaffinity, geom.mass, geom.group = 0, 0.0, _HIDDEN
+            geom.solref[0] = CONTACT_TIME
+    for mesh in spec.meshes:
+        mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL  # of what is flat, too; it has no mass
+    return spec
 
 
 def _repair_inertia(link: ET.Element) -> None:
@@ -230,9 +256,9 @@ def _rename(root: ET.Element, old: str, new: str) -> None:
                 element.set(key, new)
 
 
-def _can_be_shown(visual: ET.Element, urdf: Urdf) -> bool:
-    """Whether MuJoCo can draw it; makes the path of its mesh absolute."""
-    for mesh in visual.iter("mesh"):
+def _is_loadable(part: ET.Element, urdf: Urdf) -> bool:
+    """Whether MuJoCo can load a visual or a collision geometry; makes the path of its mesh absolute."""
+    for mesh in part.iter("mesh"):
         file = urdf.find_mesh(mesh.get("filename", ""))
         if file is None or file.suffix.lower() not in _MESHES:
             return False
@@ -288,39 +314,6 @@ def _add_payload(root: Any, payload: Payload) -> None:
         conaffinity=0,
         rgba=[0.8, 0.3, 0.1, 1.0],
     )
-
-
-def _add_ground(spec: Any, height: float, friction: float, visual: bool) -> None:
-    ground = {
-        "name": GROUND,
-        "type": mujoco.mjtGeom.mjGEOM_PLANE,
-        "size": [0.0, 0.0, 1.0],
-        "pos": [0.0, 0.0, height],
-        "contype": 0,
-        "conaffinity": 1,
-        "condim": 3,
-        "solref": [CONTACT_TIME, 1.0],
-        "friction": [friction, 0.0, 0.0],
-        "rgba": [0.85, 0.87, 0.9, 1.0],
-    }
-    if visual:
-        spec.add_texture(
-            name="squares",
-            type=mujoco.mjtTexture.mjTEXTURE_2D,
-            builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
-            rgb1=[0.85, 0.87, 0.9],
-            rgb2=[0.75, 0.78, 0.82],
-            width=256,
-            height=256,
-        )
-        textures = [""] * mujoco.mjtTextureRole.mjNTEXROLE
-        textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "squares"
-        spec.add_material(name="squares", texrepeat=[1.0, 1.0], texuniform=True, textures=textures)
-        ground |= {"material": "squares", "rgba": [1.0, 1.0, 1.0, 1.0]}
-        spec.worldbody.add_light(
-            type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, dir=[0.3, 0.5, -1.0], castshadow=False
-        )
-    spec.worldbody.add_geom(**ground)
 
 
 def _add_drive(spec: Any, joint: str, damping: float, effort_max: float) -> None:

@@ -322,7 +322,7 @@ class MapHeader(Config):
     yaw: Number
 
 
-class _Header(BaseModel):
+class TerrainHeader(BaseModel):
     """What the header of a ground's file holds."""
 
     height: Number
@@ -331,13 +331,13 @@ class _Header(BaseModel):
     map: MapHeader | None = None
 
 
-def _layout(header: _Header) -> Layout:
+def terrain_layout(header: TerrainHeader) -> Layout:
     """The arrays of a ground's file."""
     return {} if header.map is None else {"heights": ("f", ("nx", "ny"))}
 
 
 _FILE = ArchiveFormat(
-    "rollgait-terrain", 1, "ground", "is not a ground that rollgait saved", _Header, _layout
+    "rollgait-terrain", 1, "ground", "is not a ground that rollgait saved", TerrainHeader, terrain_layout
 )
 
 
