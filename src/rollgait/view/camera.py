@@ -30,7 +30,9 @@ def camera_of(clip: Clip) -> Camera:
     place = clip.samples.com_position
     low, high = place.min(axis=0), place.max(axis=0)
     middle = 0.5 * (low + high)
-    middle[2] = clip.ground + 0.35 * clip.robot.height
+    feet = clip.samples.foot_position[..., 2][clip.samples.contact]
+    ground = 0.5 * (feet.min() + feet.max()) if feet.size else middle[2] - clip.robot.height
+    middle[2] = ground + 0.35 * clip.robot.height
     size = clip.robot.height / 0.75 * 2.4 + 0.9 * float(np.linalg.norm(high - low))
     return Camera(middle + size * FROM, middle)
 
