@@ -103,7 +103,7 @@ def test_a_large_map_has_few_triangles() -> None:
     np.testing.assert_allclose(seen_from_above(mesh, points), terrain.height(*points.T), atol=2e-3)
 
 
-def test_colours_tell_heights_apart_and_name_few() -> None:
+def test_colours_tell_heights_apart() -> None:
     stairs = Terrain.from_parts([{"kind": "stairs", "x": 0.0, "steps": 3, "rise": 0.1, "tread": 0.3}])
     mesh = mesh_of(stairs, LOW, HIGH)
     normal = np.cross(*(mesh.corners[:, k] - mesh.corners[:, 0] for k in (1, 2)))
@@ -116,6 +116,3 @@ def test_colours_tell_heights_apart_and_name_few() -> None:
     }
     assert all(len(colours) == 1 for colours in of_height.values())
     assert len(set.union(*of_height.values())) == 4
-    pieces = list(mesh.by_colour())
-    assert sum(len(faces) for _, _, faces in pieces) == len(mesh.faces)
-    assert len(pieces) < 10

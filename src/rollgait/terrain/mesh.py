@@ -45,14 +45,6 @@ class GroundMesh:
         """Corners of the triangles, (m, 3, 3), m."""
         return np.asarray(self.vertices[self.faces])
 
-    def by_colour(self) -> Iterator[tuple[tuple[int, int, int], Array, NDArray[np.uint32]]]:
-        """Its parts of one colour each: colour, vertices, faces; what has no colour per face needs these."""
-        shades, number = np.unique(self.colours, axis=0, return_inverse=True)
-        for k, (r, g, b) in enumerate(shades.tolist()):
-            faces = self.faces[number.reshape(-1) == k]
-            used, renamed = np.unique(faces, return_inverse=True)
-            yield (r, g, b), self.vertices[used], renamed.reshape(-1, 3).astype(np.uint32)
-
 
 def mesh_of(terrain: Terrain, low: ArrayLike, high: ArrayLike, cells: int = MESH_CELLS) -> GroundMesh:
     """The ground over a rectangle.

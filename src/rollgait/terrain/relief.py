@@ -1,4 +1,4 @@
-"""Colours of ground by height and slope: light, so that the robot stands out, and few."""
+"""Colours of ground by height and slope: light, so that the robot stands out."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from rollgait.terrain.polygons import Array
 
-LEVEL_COLOUR: Final = (238, 240, 242)
+LEVEL_COLOUR: Final = (232, 235, 238)
 """Of the plane that all lies on."""
 HIGH_COLOUR: Final = (224, 202, 160)
 """Of the highest ground: sand."""
@@ -21,10 +21,8 @@ AMBIENT: Final = 0.45
 """Brightness of what the light does not reach, as a share of that of level ground."""
 SPAN_MIN: Final = 0.15
 """Heights that differ by less than this, m, have not the whole range of colours."""
-BANDS: Final = 8
-"""Steps of colour from level ground to the highest, and to the lowest."""
-SHADES: Final = 10
-"""Steps of brightness."""
+BRIGHTEST: Final = 1.06
+"""Most that a slope is brighter than level ground."""
 
 
 def face_colours(corners: Array, level: float | None) -> NDArray[np.uint8]:
@@ -42,7 +40,7 @@ def face_colours(corners: Array, level: float | None) -> NDArray[np.uint8]:
     for sign in (1.0, -1.0):
         span = max(float((sign * height).max()), SPAN_MIN)
         share += sign * np.clip(sign * height / span, 0.0, 1.0)
-    return tinted(np.round(BANDS * share) / BANDS, np.round(SHADES * _brightness(corners)) / SHADES)
+    return tinted(share, _brightness(corners))
 
 
 def tinted(share: Array, brightness: Array) -> NDArray[np.uint8]:
@@ -56,5 +54,5 @@ def _brightness(corners: Array) -> Array:
     """Of triangles, (n,); that of level ground is 1."""
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-    facing = np.clip(normal @ LIGHT / LIGHT[2], 0.0, 1.1)
-    return np.asarray(AMBIENT + (1.0 - AMBIENT) * facing)
+    facing = np.clip(normal @ LIGHT / LIGHT[2], 0.0, None)
+    return np.asarray(np.minimum(AMBIENT + (1.0 - AMBIENT) * facing, BRIGHTEST))

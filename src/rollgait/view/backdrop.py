@@ -95,7 +95,9 @@ def draw_shadows(
             way = piece.corners[..., 2] - heights(terrain, fallen)
             fallen = piece.corners - LIGHT * (way / LIGHT[2])[..., None]
         pixels, depth = project(fallen, camera, picture.size)
-        seen = (depth > NEAR).all(axis=1) & backdrop.is_seen(pixels.mean(axis=1), depth.mean(axis=1))
+        seen = (depth > NEAR).all(axis=1) & backdrop.is_seen(
+            *project(fallen.mean(axis=1), camera, picture.size)
+        )
         for corners in pixels[seen]:
             draw.polygon(corners.ravel().tolist(), fill=SHADOW)
     picture.paste(Image.new("RGB", picture.size, DARK), mask=mask)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array, Samples
 from rollgait.robot.robot import Robot
-from rollgait.scenario.scenario import Scenario
 from rollgait.simulation.log import SimulationLog
 from rollgait.terrain import Terrain
 from rollgait.tracking import JointTrajectory
@@ -141,18 +140,13 @@ def clip_of_plan(plan: Plan, name: str) -> Clip:
         kind="plan",
         robot=plan.robot,
         samples=plan.sample(frame_times(plan.horizon)),
-        terrain=terrain_of(scenario),
+        terrain=scenario.terrain,
         goals=tuple(ShownGoal(begin, pose) for begin, pose in zip(begins, poses, strict=True)),
         marks=marks_of_plan(plan),
         verdict=verdict,
         passed=plan.solved and certificate.passed,
         plan=plan,
     )
-
-
-def terrain_of(scenario: Scenario) -> Terrain:
-    """The ground that a scenario asks for."""
-    return Terrain(scenario.ground.height, scenario.ground.friction)
 
 
 def clip_of_joints(joints: JointTrajectory, name: str) -> Clip:

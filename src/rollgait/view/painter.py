@@ -16,6 +16,8 @@ from rollgait.view.camera import FIELD_OF_VIEW, Camera
 
 LARGEST: Final = 0.12
 """Edges longer than this are halved, m: the depth of a large triangle says little."""
+MOST: Final = 100_000
+"""Triangles of a thing, after which none is halved any more."""
 NEAR: Final = 0.05
 """What is nearer to the camera is left out, m."""
 
@@ -58,7 +60,7 @@ def draw_pieces(
         pixels, depth = project(piece.corners, camera, size)
         seen = (depth > NEAR).all(axis=1)
         if is_seen is not None:
-            seen &= is_seen(pixels.mean(axis=1), depth.mean(axis=1))
+            seen &= is_seen(*project(piece.corners.mean(axis=1), camera, size))
         means = depth[seen].mean(axis=1)
         flat = pixels[seen].reshape(len(means), 2 * piece.corners.shape[1]).tolist()
         colours = map(tuple, piece.colours[seen].tolist())
@@ -71,24 +73,36 @@ def draw_pieces(
             draw.polygon(corners, fill=colour)
 
 
-def halved(corners: Array, largest: float = LARGEST, times: int = 4) -> Array:
-    """The same surface with smaller triangles (n, 3, 3) where they are large.
+def cut_short(lines: Array, longest: float) -> tuple[Array, NDArray[np.intp]]:
+    """Segments (n, 2, 3) cut into equal pieces no longer than this (m), and of which each is a part."""
+    count = np.maximum(np.ceil(np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1) / longest), 1.0).astype(int)
+    number = np.repeat(np.arange(len(lines)), count)
+    place = np.concatenate([np.zeros(0), *(np.arange(n) / n for n in count)])
+    share = np.stack([place, place + 1.0 / count[number]], axis=1)[..., None]
+    begin, end = lines[number, None, 0], lines[number, None, 1]
+    return begin + share * (end - begin), number
+
+
+def halved(corners: Array, largest: float = LARGEST, times: int = 4) -> tuple[Array, NDArray[np.intp]]:
+    """The same surface with smaller triangles (n, 3, 3) where they are large, and of which each is a part.
 
     Args:
         corners: of the triangles, m.
         largest: sides longer than this are halved, m.
         times: how often at most.
     """
+    number = np.arange(len(corners))
     for _ in range(times):
         size = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
         large = size > largest
-        if not large.any() or len(corners) > 100_000:
+        if not large.any() or len(corners) > MOST:
             break
         a, b, c = np.moveaxis(corners[large], 1, 0)
         ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
         parts = [np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
         corners = np.concatenate([corners[~large], *parts])
-    return corners
+        number = np.concatenate([number[~large], *[number[large]] * len(parts)])
+    return corners, number
 
 
 def project(points: Array, camera: Camera, size: tuple[int, int]) -> tuple[Array, Array]:

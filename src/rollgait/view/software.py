@@ -8,7 +8,7 @@ else, the farthest first.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -26,7 +26,7 @@ from rollgait.terrain.relief import AMBIENT, LIGHT
 from rollgait.view.backdrop import Backdrop, backdrop_of, draw_shadows
 from rollgait.view.camera import Camera
 from rollgait.view.on_ground import heights
-from rollgait.view.painter import Piece, draw_pieces, halved
+from rollgait.view.painter import Piece, cut_short, draw_pieces, halved
 
 SUPERSAMPLING: Final = 2
 """The picture is drawn this many times larger and then reduced: smooth edges."""
@@ -65,6 +65,12 @@ class SoftwareScene:
 
     def add_mesh_simple(self, name: str, vertices: Array, faces: Any, **properties: Any) -> Node:
         return self._add(name, "mesh", properties | {"vertices": vertices, "faces": faces})
+
+    def add_mesh_trimesh(self, name: str, mesh: Any, **properties: Any) -> Node:
+        """A mesh in which each triangle has one colour and vertices of its own."""
+        colours = np.asarray(mesh.visual.vertex_colors)[np.asarray(mesh.faces)[:, 0], :3]
+        parts = {"vertices": np.asarray(mesh.vertices), "faces": mesh.faces, "color": _with_gamma(colours)}
+        return self._add(name, "mesh", properties | parts)
 
     def add_batched_meshes_simple(self, name: str, vertices: Array, faces: Any, **properties: Any) -> Node:
         return self._add(name, "batch", properties | {"vertices": vertices, "faces": faces})
@@ -146,13 +152,15 @@ def _ground_pieces(node: Node, R: Array, p: Array, camera: Camera) -> Iterator[P
     if node.kind == "grid":
         yield from _grid(node)
     elif node.kind == "lines":
-        yield _lines(node, R, p, True)
+        lines = _lines(node, R, p, True)
+        parts, number = cut_short(lines.corners, GROUND_LARGEST)
+        yield replace(lines, corners=parts, colours=lines.colours[number])
     else:
         corners = (np.asarray(node.vertices, dtype=float) @ R.T + p)[np.asarray(node.faces, dtype=int)]
         normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         facing = ((camera.position - corners[:, 0]) * normal).sum(axis=1) > 0.0
-        corners = halved(corners[facing], GROUND_LARGEST, 10)
-        yield Piece(corners, _with_alpha(np.tile(node.color, (len(corners), 1)), None), False)
+        parts, number = halved(corners[facing], GROUND_LARGEST, 10)
+        yield Piece(parts, _with_alpha(node.color[facing][number], None), False)
 
 
 def _pieces(node: Node, R: Array, p: Array, camera: Camera, terrain: Terrain) -> Iterator[Piece]:
@@ -183,7 +191,7 @@ def _mesh(vertices: Array, faces: Any, colour: Array, node: Node, camera: Camera
     corners = vertices[np.asarray(faces, dtype=int)]
     flat = _is_flat(corners, terrain)
     if not flat:
-        corners = halved(corners)
+        corners, _ = halved(corners)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     corners, normal = corners[area > 1e-12], normal[area > 1e-12]
