@@ -17,7 +17,7 @@ LOW_COLOUR: Final = (150, 176, 204)
 """Of the lowest ground: water."""
 LIGHT: Final = np.array([0.35, -0.5, 0.79])
 """Direction to the light, world: what faces it is bright."""
-AMBIENT: Final = 0.45
+AMBIENT: Final = 0.58
 """Brightness of what the light does not reach, as a share of that of level ground."""
 SPAN_MIN: Final = 0.15
 """Heights that differ by less than this, m, have not the whole range of colours."""

@@ -22,7 +22,8 @@ from scipy.spatial.transform import Rotation
 
 from rollgait.plan.samples import Array
 from rollgait.terrain import Terrain
-from rollgait.terrain.relief import AMBIENT, LIGHT
+from rollgait.terrain.mesh import GroundMesh
+from rollgait.terrain.relief import LIGHT
 from rollgait.view.backdrop import Backdrop, backdrop_of, draw_shadows
 from rollgait.view.camera import Camera
 from rollgait.view.on_ground import heights
@@ -30,6 +31,8 @@ from rollgait.view.painter import Piece, cut_short, draw_pieces, halved
 
 SUPERSAMPLING: Final = 2
 """The picture is drawn this many times larger and then reduced: smooth edges."""
+AMBIENT: Final = 0.45
+"""Brightness of what the light does not reach."""
 FLAT: Final = 0.03
 """What reaches no higher than this lies on the ground, m."""
 GROUND: Final = "/ground/"
@@ -66,16 +69,16 @@ class SoftwareScene:
     def add_mesh_simple(self, name: str, vertices: Array, faces: Any, **properties: Any) -> Node:
         return self._add(name, "mesh", properties | {"vertices": vertices, "faces": faces})
 
-    def add_mesh_trimesh(self, name: str, mesh: Any, **properties: Any) -> Node:
-        """A mesh in which each triangle has one colour and vertices of its own."""
-        colours = np.asarray(mesh.visual.vertex_colors)[np.asarray(mesh.faces)[:, 0], :3]
-        parts = {"vertices": np.asarray(mesh.vertices), "faces": mesh.faces, "color": _with_gamma(colours)}
-        return self._add(name, "mesh", properties | parts)
+    def add_ground_mesh(self, name: str, mesh: GroundMesh) -> Node:
+        """The ground, as it is: for a browser it is a glTF."""
+        return self._add(
+            name, "mesh", {"vertices": mesh.vertices, "faces": mesh.faces, "color": mesh.colours}
+        )
 
     def add_batched_meshes_simple(self, name: str, vertices: Array, faces: Any, **properties: Any) -> Node:
         return self._add(name, "batch", properties | {"vertices": vertices, "faces": faces})
 
-    def add_line_segments(self, name: str, points: Array, colors: Any, **properties: Any) -> Node:
+    def add_line_segments(self, name: str, points: Any, colors: Any, **properties: Any) -> Node:
         return self._add(name, "lines", properties | {"points": points, "colors": colors})
 
     def add_grid(self, name: str, **properties: Any) -> Node:

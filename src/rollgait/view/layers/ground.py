@@ -5,14 +5,15 @@ from __future__ import annotations
 from typing import Any, Final
 
 import numpy as np
-import trimesh
 from viser import SceneApi
 
 from rollgait.plan.samples import Array
 from rollgait.terrain import Terrain
-from rollgait.terrain.mesh import GroundMesh, mesh_of
-from rollgait.view.layers.layer import Layer, linear, single
+from rollgait.terrain.mesh import mesh_of
+from rollgait.view.ground_glb import ground_glb
+from rollgait.view.layers.layer import Layer, single
 from rollgait.view.on_ground import grid_lines, is_plane
+from rollgait.view.software import SoftwareScene
 
 MARGIN = 1.0
 """Ground around the motion, m."""
@@ -58,7 +59,9 @@ class Ground(Layer):
         )
 
 
-def add_terrain(scene: SceneApi, path: str, terrain: Terrain, low: Array, high: Array) -> None:
+def add_terrain(
+    scene: SceneApi | SoftwareScene, path: str, terrain: Terrain, low: Array, high: Array
+) -> None:
     """Adds the ground over a rectangle to a scene.
 
     Args:
@@ -69,21 +72,11 @@ def add_terrain(scene: SceneApi, path: str, terrain: Terrain, low: Array, high: 
         high: largest x and y, (2,), m.
     """
     mesh = mesh_of(terrain, low, high)
-    if len(mesh.faces):
-        scene.add_mesh_trimesh(f"{path}/mesh", _coloured(mesh), cast_shadow=False, receive_shadow=0.25)
+    if isinstance(scene, SoftwareScene):
+        scene.add_ground_mesh(f"{path}/mesh", mesh)
+    elif len(mesh.faces):
+        scene.add_glb(f"{path}/mesh", ground_glb(mesh), cast_shadow=False, receive_shadow=0.25)
     for spacing, colour, thickness in LINES:
         lines = grid_lines(terrain, low, high, spacing)
         if len(lines):
             scene.add_line_segments(f"{path}/lines{spacing:g}", single(lines), colour, thickness=thickness)
-
-
-def _coloured(mesh: GroundMesh) -> trimesh.Trimesh:
-    """The mesh as viser takes it: each triangle has vertices of its own, in its colour."""
-    count = len(mesh.faces)
-    colours = np.column_stack([linear(mesh.colours), np.full(count, 255, dtype=np.uint8)])
-    return trimesh.Trimesh(
-        mesh.corners.reshape(-1, 3),
-        np.arange(3 * count).reshape(-1, 3),
-        vertex_colors=np.repeat(colours, 3, axis=0),
-        process=False,
-    )
