@@ -56,11 +56,7 @@ def mesh_of(terrain: Terrain, low: ArrayLike, high: ArrayLike, cells: int = MESH
         cells: most cells of a map; where there are more, every second or third node counts, and so on.
     """
     window = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
-    planes = [
-        replace(plane, polygon=cut)
-        for plane in terrain.planes
-        if (cut := _cut(plane.polygon, window)) is not None
-    ]
+    planes = within(terrain.planes, *window)
     grid = None if terrain.map is None else _Grid.of(terrain.map, terrain.level, window, cells)
     triangles = [*_tops(planes), *_walls_between(planes)]
     if grid is not None:
@@ -72,6 +68,12 @@ def mesh_of(terrain: Terrain, low: ArrayLike, high: ArrayLike, cells: int = MESH
     faces = faces[(a != b) & (b != c) & (c != a)]
     level = terrain.level if terrain.planar else None
     return GroundMesh(vertices, faces.astype(np.uint32), face_colours(vertices[faces], level))
+
+
+def within(planes: Sequence[Facet], low: Array, high: Array) -> tuple[Facet, ...]:
+    """What lies of planes in a rectangle from `low` to `high`, (2,) each, m."""
+    cut = [(plane, _cut(plane.polygon, (low, high))) for plane in planes]
+    return tuple(replace(plane, polygon=polygon) for plane, polygon in cut if polygon is not None)
 
 
 def _cut(polygon: Array, window: tuple[Array, Array]) -> Array | None:

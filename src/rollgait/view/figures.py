@@ -13,6 +13,7 @@ from rollgait.files import replacing
 from rollgait.plan.plan import Plan
 from rollgait.view.in_space import draw_paths, draw_top
 from rollgait.view.over_time import draw_base, draw_forces, draw_gait, draw_wheels
+from rollgait.view.profile import draw_profile
 from rollgait.view.style import MARK_COLOUR, Style, find_style
 
 Draw = Callable[[Figure, Plan, Style], None]
@@ -21,6 +22,7 @@ Draw = Callable[[Figure, Plan, Style], None]
 FIGURES: Final[dict[str, Draw]] = {
     "paths": draw_paths,
     "top": draw_top,
+    "profile": draw_profile,
     "base": draw_base,
     "forces": draw_forces,
     "wheels": draw_wheels,
