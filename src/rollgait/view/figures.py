@@ -89,6 +89,14 @@ def save_figures(
     return paths
 
 
+def require_image_format(path: Path) -> str:
+    """The format that a file's suffix means. Raises `UnknownNameError` if it is none of `IMAGE_FORMATS`."""
+    suffix = path.suffix.lower().removeprefix(".")
+    if suffix not in IMAGE_FORMATS:
+        raise UnknownNameError("format", suffix, IMAGE_FORMATS)
+    return suffix
+
+
 def _put_mark(picture: Figure, mark: str) -> None:
     """Writes the mark over the legend, where it takes room of its own and covers nothing."""
     for legend in picture.legends[:1] if mark else []:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -9,10 +10,12 @@ from matplotlib.colors import LinearSegmentedColormap, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from rollgait.files import replacing
 from rollgait.terrain.mesh import within
 from rollgait.terrain.regions import Regions
+from rollgait.view.figures import IMAGE_FORMATS, require_image_format
 from rollgait.view.relief_map import add_scale, draw_edges
-from rollgait.view.style import MARK_COLOUR, Style, ticks
+from rollgait.view.style import MARK_COLOUR, Style, find_style, ticks
 
 CELLS: Final = 400
 """Cells along the longer side of the picture."""
@@ -22,9 +25,34 @@ SHADE: Final = 0.45
 """Opacity of the regions over the height."""
 GREYS: Final = LinearSegmentedColormap.from_list("greys", ["#808080", "#FFFFFF"])
 """Of the heights: light, so that the colours over them are told apart."""
+WIDE: Final = 5.0
+"""Width of a figure from which on its legend has one row, inches."""
 CONTOURS: Final = 6
 """About so many lines of equal height on a map."""
 Window = tuple[tuple[float, float], tuple[float, float]]
+
+
+def save_ground(regions: Regions, window: Window, path: Path, style: str = "screen") -> Path:
+    """Writes the picture of a ground; returns its path.
+
+    Args:
+        regions: of a wheel.
+        window: smallest and largest (x, y), m.
+        path: where to; its suffix is the format.
+        style: `screen` or `paper`.
+
+    Raises:
+        UnknownNameError: there is no such format or style.
+        FileError: the file cannot be written.
+    """
+    image_format = require_image_format(path)
+    look = find_style(style)
+    with look.applied():
+        picture = Figure(layout="constrained")
+        draw_ground(picture, regions, window, look)
+        with replacing(path) as temporary:
+            picture.savefig(temporary, format=image_format, metadata=IMAGE_FORMATS[image_format])
+    return path
 
 
 def draw_ground(picture: Figure, regions: Regions, window: Window, style: Style) -> None:
@@ -54,8 +82,10 @@ def draw_ground(picture: Figure, regions: Regions, window: Window, style: Style)
     axes.grid(visible=False)
     relief = axes.imshow(height, cmap=GREYS, **place)
     if not regions.terrain.planar and np.isfinite(height).any():
-        lines = axes.contour(x, y, height, locator=ticks(CONTOURS), colors="black", linewidths=0.3 * style.line)
-        axes.clabel(lines, fontsize=0.75 * style.font)
+        line = 0.3 * style.line
+        axes.contour(
+            x, y, height, locator=ticks(CONTOURS), colors="black", linewidths=line, linestyles="solid"
+        )
     axes.contourf(x, y, np.isnan(height), levels=[0.5, 1.5], colors="none", hatches=["////"])
     shown = np.ma.masked_less(labels, 0)
     colours = ListedColormap(REGION_COLOURS)
@@ -68,12 +98,12 @@ def draw_ground(picture: Figure, regions: Regions, window: Window, style: Style)
     axes.set(xlim=(x0, x1), ylim=(y0, y1), xlabel="x (m)", ylabel="y (m)", aspect="equal")
     add_scale(picture, relief, axes)
     radius = regions.surface.radius
-    foot = f"wheel of radius {radius:g} m" if radius > 0.0 else "point foot"
+    foot = f"{radius:g} m wheel" if radius > 0.0 else "point foot"
     marks = [
-        Patch(color=REGION_COLOURS[0], alpha=SHADE, label=f"regions of a {foot}, a colour each"),
-        Patch(color=MARK_COLOUR, alpha=SHADE, label="too steep or near an edge"),
+        Patch(color=REGION_COLOURS[0], alpha=SHADE, label=f"region of a {foot}"),
+        Patch(color=MARK_COLOUR, alpha=SHADE, label="too steep or near edges"),
         Patch(facecolor="none", edgecolor="black", hatch="////", label="not known"),
     ]
-    picture.legend(handles=marks, loc="outside upper center", ncols=3 if style.width > 5.0 else 2)
+    picture.legend(handles=marks, loc="outside upper center", ncols=3 if style.width > WIDE else 1)
     if not (labels >= 0).any():
         axes.set_title("nowhere to stand", color=MARK_COLOUR)
