@@ -7,44 +7,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rollgait.terrain import Terrain
-from rollgait.terrain.mesh import GroundMesh, mesh_of
-from tests.terrain.worlds import Array, parts, places, rounded, seeds, turned, worlds
+from rollgait.terrain.mesh import mesh_of
+from tests.terrain.surface import away_from_edges, seen_from_above
+from tests.terrain.worlds import parts, places, rounded, seeds, turned, worlds
 
 LOW, HIGH = (-1.5, -1.5), (1.5, 1.5)
 few = settings(max_examples=40, deadline=None)
-
-
-def seen_from_above(mesh: GroundMesh, points: Array, shear: tuple[float, float] = (0.0, 0.0)) -> Array:
-    """Height of the highest triangle over each point that looks up, (n,), m; NaN where there is none.
-
-    With a shear, what is seen by rays that go by so much to the side on their way down by 1 m.
-    """
-    z = mesh.corners[..., 2]
-    a, b, c = np.moveaxis(mesh.corners[..., :2] + z[..., None] * np.array(shear), 1, 0)
-    double = across(b - a, c - a)
-    up = double > 1e-12
-    a, b, c, z, double = (v[up] for v in (a, b, c, z, double))
-    result = np.full(len(points), np.nan)
-    for k, p in enumerate(points):
-        u, v = across(p - a, c - a) / double, across(b - a, p - a) / double
-        over = (np.minimum(u, v) >= -1e-7) & (u + v <= 1.0 + 1e-7)
-        if over.any():
-            u, v, (first, second, third) = u[over], v[over], z[over].T
-            result[k] = (first + u * (second - first) + v * (third - first)).max()
-    return result
-
-
-def across(a: Array, b: Array) -> Array:
-    """The z component of the cross product of vectors in the plane."""
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
-
-
-def away_from_edges(terrain: Terrain, points: Array) -> Array:
-    """The points at which the ground does not jump within rounding."""
-    near = [
-        terrain.height(*(points + shift).T) for shift in 1e-6 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
-    ]
-    return points[np.ptp(near, axis=0) < 1e-4]
 
 
 @few
@@ -52,7 +20,7 @@ def away_from_edges(terrain: Terrain, points: Array) -> Array:
 def test_planes_have_their_heights(terrain: Terrain, seed: int) -> None:
     points = away_from_edges(terrain, places(seed))
     np.testing.assert_allclose(
-        seen_from_above(mesh_of(terrain, LOW, HIGH), points), terrain.height(*points.T), atol=1e-6
+        seen_from_above(mesh_of(terrain, LOW, HIGH).corners, points), terrain.height(*points.T), atol=1e-6
     )
 
 
@@ -61,15 +29,15 @@ def test_planes_have_their_heights(terrain: Terrain, seed: int) -> None:
 def test_a_turned_world_turns_the_mesh(terrain: Terrain, seed: int, yaw: float) -> None:
     points = away_from_edges(terrain, places(seed, 100, 1.0))
     low, high = (-2.0, -2.0), (2.0, 2.0)
-    there = seen_from_above(mesh_of(terrain.turned(yaw), low, high), turned(points, yaw))
-    np.testing.assert_allclose(there, seen_from_above(mesh_of(terrain, low, high), points), atol=1e-6)
+    there = seen_from_above(mesh_of(terrain.turned(yaw), low, high).corners, turned(points, yaw))
+    np.testing.assert_allclose(there, seen_from_above(mesh_of(terrain, low, high).corners, points), atol=1e-6)
 
 
 @few
 @given(worlds, seeds, rounded(-0.2, 0.2), rounded(-0.2, 0.2))
 def test_no_look_from_the_side_goes_through(terrain: Terrain, seed: int, x: float, y: float) -> None:
     points = places(seed, 100, 0.9)
-    assert not np.isnan(seen_from_above(mesh_of(terrain, LOW, HIGH), points, (x, y))).any()
+    assert not np.isnan(seen_from_above(mesh_of(terrain, LOW, HIGH).corners, points, (x, y))).any()
 
 
 @few
@@ -88,10 +56,10 @@ def test_maps_have_their_heights_at_nodes_and_holes_stay_open(
     centres = nodes + turned(np.array([[0.05, 0.05]]), yaw)
     mesh = mesh_of(terrain, (-9.0, -9.0), (9.0, 9.0))
     open_ = ~terrain.known(*centres.T)
-    assert np.isnan(seen_from_above(mesh, centres[open_])).all()
+    assert np.isnan(seen_from_above(mesh.corners, centres[open_])).all()
     known = [terrain.known(*(nodes + d).T) for d in turned(0.01 * np.array([[1, 1], [-1, -1], [1, -1]]), yaw)]
     at = nodes[np.all(known, axis=0)]
-    np.testing.assert_allclose(seen_from_above(mesh, at), terrain.height(*at.T), atol=1e-6)
+    np.testing.assert_allclose(seen_from_above(mesh.corners, at), terrain.height(*at.T), atol=1e-6)
 
 
 def test_a_large_map_has_few_triangles() -> None:
@@ -100,7 +68,7 @@ def test_a_large_map_has_few_triangles() -> None:
     mesh = mesh_of(terrain, (0.0, 0.0), (6.0, 4.0), cells=2000)
     assert 1000 < len(mesh.faces) <= 4400
     points = places(0, 100, 1.0) + np.array([3.0, 2.0])
-    np.testing.assert_allclose(seen_from_above(mesh, points), terrain.height(*points.T), atol=2e-3)
+    np.testing.assert_allclose(seen_from_above(mesh.corners, points), terrain.height(*points.T), atol=2e-3)
 
 
 def test_colours_tell_heights_apart() -> None:

@@ -19,7 +19,7 @@ from rollgait.polynomials import HEIGHT_POINTS, STATE_POINTS, gauss_points
 from rollgait.robot.robot import GRAVITY, LEG_NAMES, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
-from rollgait.terrain import Terrain, WheelSurface
+from rollgait.terrain import Ground, Terrain, WheelSurface
 from rollgait.view.clip import Clip
 
 FEET = len(LEG_NAMES)
@@ -206,3 +206,9 @@ def laid_on(terrain: Terrain, clip: Clip) -> Clip:
         foot[:, leg, 2] += surface.touch(foot[:, leg, :2]).height
     com[:, 2] += uniform_filter1d(foot[..., 2].mean(axis=1), max(3, len(com) // 8), mode="nearest")
     return replace(clip, terrain=terrain, samples=replace(s, foot_position=foot, com_position=com))
+
+
+def plan_on(terrain: Terrain, plan: Plan) -> Plan:
+    """The same motion, which says that it stands on another ground."""
+    data = {**plan.scenario.to_dict(), "ground": Ground.of(terrain)}
+    return replace(plan, scenario=Scenario.model_validate(data))

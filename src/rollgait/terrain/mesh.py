@@ -22,6 +22,8 @@ from rollgait.terrain.terrain import Terrain
 
 MESH_CELLS: Final = 20_000
 """Most cells of a map that become triangles: what a browser loads at once, and more than a screen shows."""
+AROUND: Final = 1.0
+"""Ground shown around a motion, m."""
 BESIDE: Final = 1.0e-6
 """So far beside the edge of a part one asks what is there, m."""
 
@@ -44,6 +46,12 @@ class GroundMesh:
     def corners(self) -> Array:
         """Corners of the triangles, (m, 3, 3), m."""
         return np.asarray(self.vertices[self.faces])
+
+
+def window_around(points: ArrayLike, margin: float = AROUND) -> tuple[Array, Array]:
+    """Smallest and largest (x, y) of a rectangle of whole metres around points (…, 2 or 3), with a margin."""
+    places = np.asarray(points, dtype=float)[..., :2].reshape(-1, 2)
+    return np.floor(places.min(axis=0) - margin), np.ceil(places.max(axis=0) + margin)
 
 
 def mesh_of(terrain: Terrain, low: ArrayLike, high: ArrayLike, cells: int = MESH_CELLS) -> GroundMesh:

@@ -9,14 +9,12 @@ from viser import SceneApi
 
 from rollgait.plan.samples import Array
 from rollgait.terrain import Terrain
-from rollgait.terrain.mesh import mesh_of
+from rollgait.terrain.mesh import mesh_of, window_around
 from rollgait.view.ground_glb import ground_glb
 from rollgait.view.layers.layer import Layer, single
 from rollgait.view.on_ground import grid_lines, is_plane
 from rollgait.view.software import SoftwareScene
 
-MARGIN = 1.0
-"""Ground around the motion, m."""
 LIGHT = 0.4
 """Weight of the fine lines; together with the others 1, or viser overshoots where they cross."""
 GRID: Final[dict[str, Any]] = {
@@ -41,9 +39,7 @@ class Ground(Layer):
 
     def draw(self) -> None:
         s = self.clip.samples
-        points = np.concatenate([s.foot_position[..., :2].reshape(-1, 2), s.com_position[:, :2]])
-        low = np.floor(points.min(axis=0) - MARGIN)
-        high = np.ceil(points.max(axis=0) + MARGIN)
+        low, high = window_around(np.concatenate([s.foot_position.reshape(-1, 3), s.com_position]))
         if not is_plane(self.clip.terrain):
             add_terrain(self.scene, self.path, self.clip.terrain, low, high)
             return
