@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.view.browser import browser, needs_chromium, picture, wait_until
+from tests.view.browser import needs_chromium, picture, wait_until
 
 from rollgait.scenario import find_scenario  # isort: skip  # the line above skips where viser is absent
 from rollgait.terrain import Terrain  # isort: skip
@@ -47,11 +47,9 @@ def test_the_viewer_shows_the_steps_in_their_colours(sheet: Any) -> None:
         viewer.close()
 
 
-def test_a_recording_holds_the_ground(tmp_path: Path) -> None:
+def test_a_recording_holds_the_ground(sheet: Any, tmp_path: Path) -> None:
     file = record_page(STAIRS, tmp_path / "stairs.html")
     assert file.stat().st_size < 6_000_000
-    with browser(tmp_path / "profile") as context:
-        context.set_offline(True)
-        page = context.pages[0]
-        page.goto(file.as_uri())
-        wait_until(lambda: sand(picture(page)) > 0.15)
+    sheet.context.set_offline(True)
+    sheet.goto(file.as_uri())
+    wait_until(lambda: sand(picture(sheet)) > 0.15)
