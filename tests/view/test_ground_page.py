@@ -42,7 +42,7 @@ def test_the_viewer_shows_the_steps_in_their_colours(sheet: Any) -> None:
         sheet.wait_for_timeout(3000)
         assert sand(picture(sheet)) < 0.02
         viewer.show(STAIRS)
-        wait_until(lambda: sand(picture(sheet)) > 0.15)
+        wait_until(lambda: sand(picture(sheet)) > 0.05)
     finally:
         viewer.close()
 
@@ -52,4 +52,4 @@ def test_a_recording_holds_the_ground(sheet: Any, tmp_path: Path) -> None:
     assert file.stat().st_size < 6_000_000
     sheet.context.set_offline(True)
     sheet.goto(file.as_uri())
-    wait_until(lambda: sand(picture(sheet)) > 0.15)
+    wait_until(lambda: sand(picture(sheet)) > 0.05)
