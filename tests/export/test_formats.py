@@ -18,10 +18,14 @@ from rollgait.export import FORMATS, write
 from rollgait.plan.plan import Plan
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario import find_scenario
-from tests.view.builders import motion_plan
+from rollgait.terrain import Terrain
+from tests.terrain.surface import away_from_edges, seen_from_above
+from tests.view.builders import motion_plan, plan_on
 
 RATE = 20.0
 PLAN = motion_plan(find_scenario("hybrid-forward"))
+STAIRS = Terrain.from_parts([{"kind": "stairs", "x": 0.8, "steps": 3, "rise": 0.12, "tread": 0.4}])
+ON_STAIRS = plan_on(STAIRS, PLAN)
 START = 1.0
 """Stamp of the first message, s."""
 
@@ -122,6 +126,48 @@ def test_rosbag2_holds_the_same_messages(tmp_path: Path, topics: dict[str, list[
     assert [xyz(w.wrench.force) for w in read] == [xyz(w.wrench.force) for w in topics["/contact/fl"]]
     with pytest.raises(FileError, match="new folder"):
         write(PLAN, bag, "rosbag2", RATE)
+
+
+def ground_of(marker: Any) -> np.ndarray:
+    """Corners of the triangles of a marker, (n, 3, 3)."""
+    assert marker.type == 11  # TRIANGLE_LIST
+    assert len(marker.colors) == len(marker.points)
+    assert {color.a for color in marker.colors} == {1.0}
+    assert (marker.header.frame_id, xyz(marker.pose.position), marker.pose.orientation.w) == (
+        "odom",
+        [0] * 3,
+        1,
+    )
+    return np.array([xyz(point) for point in marker.points]).reshape(-1, 3, 3)
+
+
+def test_mcap_and_rosbag2_hold_the_ground_for_who_comes_later(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags", reason="the extra 'mcap' is not installed")
+    mcap = pytest.importorskip("mcap.reader", reason="the extra 'mcap' is not installed")
+    file = write(ON_STAIRS, tmp_path / "plan.mcap", "mcap", RATE)
+    (marker,) = read_mcap(file)["/ground"]
+    points = away_from_edges(STAIRS, np.random.default_rng(0).uniform([-1.0, -1.0], [2.0, 1.0], (300, 2)))
+    np.testing.assert_allclose(
+        seen_from_above(ground_of(marker), points), STAIRS.height(*points.T), atol=1e-6
+    )
+    with file.open("rb") as stream:
+        channels = mcap.make_reader(stream).get_summary().channels.values()
+    offered = {channel.topic: channel.metadata.get("offered_qos_profiles", "") for channel in channels}
+    assert [topic for topic, text in offered.items() if "durability: 1" in text] == ["/ground"]
+    bag = write(ON_STAIRS, tmp_path / "bag", "rosbag2", RATE)
+    with sqlite3.connect(bag / "bag.db3") as database:
+        rows = dict(database.execute("SELECT name, offered_qos_profiles FROM topics").fetchall())
+        (data,) = database.execute(
+            "SELECT messages.data FROM messages JOIN topics ON messages.topic_id = topics.id "
+            "WHERE topics.name = '/ground'"
+        ).fetchone()
+    database.close()
+    assert [topic for topic, text in rows.items() if "durability: 1" in text] == ["/ground"]
+    decoder = pytest.importorskip("mcap_ros2._dynamic", reason="mcap-ros2-support is not installed")
+    from rollgait.export.ros2 import GROUND, definition
+
+    again = decoder.generate_dynamic(GROUND.type, definition(GROUND))[GROUND.type](data)
+    np.testing.assert_array_equal(ground_of(again), ground_of(marker))
 
 
 def test_json_holds_the_columns_and_the_scenario(tmp_path: Path) -> None:

@@ -6,7 +6,10 @@ forces carry the weight; nothing else of a plan is promised.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 from scipy.optimize import nnls
 
 from rollgait.plan.plan import Plan, Statistics
@@ -16,6 +19,8 @@ from rollgait.polynomials import HEIGHT_POINTS, STATE_POINTS, gauss_points
 from rollgait.robot.robot import GRAVITY, LEG_NAMES, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
+from rollgait.terrain import Ground, Terrain, WheelSurface
+from rollgait.view.clip import Clip
 
 FEET = len(LEG_NAMES)
 SWAY = 0.06
@@ -190,3 +195,20 @@ def _forces(scenario: Scenario, robot: Robot, schedule: ContactSchedule, foot_xy
         force[k, stance, 2] = robot.mass * GRAVITY * share
         force[k, stance, :2] = robot.mass * share[:, None] * acceleration[k]
     return force
+
+
+def laid_on(terrain: Terrain, clip: Clip) -> Clip:
+    """A clip of flat ground put on another one: the feet follow its surface, the base their mean."""
+    s = clip.samples
+    foot, com = s.foot_position.copy(), s.com_position.copy()
+    for leg, data in enumerate(clip.robot.leg_list):
+        surface = WheelSurface(terrain, data.wheel_radius or 0.02)
+        foot[:, leg, 2] += surface.touch(foot[:, leg, :2]).height
+    com[:, 2] += uniform_filter1d(foot[..., 2].mean(axis=1), max(3, len(com) // 8), mode="nearest")
+    return replace(clip, terrain=terrain, samples=replace(s, foot_position=foot, com_position=com))
+
+
+def plan_on(terrain: Terrain, plan: Plan) -> Plan:
+    """The same motion, which says that it stands on another ground."""
+    data = {**plan.scenario.to_dict(), "ground": Ground.of(terrain)}
+    return replace(plan, scenario=Scenario.model_validate(data))

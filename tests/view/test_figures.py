@@ -30,6 +30,7 @@ every_figure = pytest.mark.parametrize("name", FIGURES)
 LABELS = {
     "paths": {"x (m)", "y (m)", "z (m)"},
     "top": {"x (m)", "y (m)"},
+    "profile": {"x (m)", *(f"{leg} z (m)" for leg in LEG_NAMES)},
     "base": {"time (s)", "x (m)", "y (m)", "z (m)", "yaw (°)", "pitch (°)", "roll (°)"},
     "forces": {"time (s)", "height (cm)", *(f"{leg} (N)" for leg in LEG_NAMES)},
     "wheels": {"time (s)", "speed (m/s)", "heading (°)", "heading from base (°)"},

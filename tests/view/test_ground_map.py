@@ -23,8 +23,8 @@ def drawn(terrain: Terrain) -> Figure:
 
 def test_each_region_has_a_colour_and_edges_have_none() -> None:
     picture = drawn(Terrain.from_parts([{"kind": "step", "x": 0.5, "height": 0.15}]))
-    axes, bar = picture.axes
-    _, regions = axes.images
+    (axes,) = picture.axes
+    _, regions, forbidden = axes.images
     shown = regions.get_array()
     assert set(np.unique(shown.compressed())) == {0, 1}
     x = np.linspace(-1.0, 2.0, shown.shape[1])
@@ -33,6 +33,9 @@ def test_each_region_has_a_colour_and_edges_have_none() -> None:
     assert blank.min() < 0.5 - 0.124
     assert blank.max() + 0.02 >= 0.5 + 0.03
     assert not row[x < 0.3].any()
+    red = ~np.ma.getmaskarray(forbidden.get_array())
+    np.testing.assert_array_equal(red, np.ma.getmaskarray(shown))
+    (bar,) = axes.child_axes
     assert (axes.get_xlabel(), axes.get_ylabel(), bar.get_ylabel()) == ("x (m)", "y (m)", "height (m)")
     assert "0.124 m" in picture.legends[0].get_texts()[0].get_text()
 

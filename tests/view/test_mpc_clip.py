@@ -69,7 +69,7 @@ def test_the_frames_are_those_of_the_log(log: MpcLog) -> None:
     inner = clip.samples.foot_velocity[2:-2]
     np.testing.assert_allclose(inner[..., 0], 0.3, atol=0.06)  # rows of the log are 10 ms apart, frames 33
     np.testing.assert_allclose(inner[..., 1:], 0.0, atol=1e-9)
-    assert clip.ground == pytest.approx(0.0)
+    assert clip.terrain.level == pytest.approx(0.0)
     assert clip.joints is None
     assert clip.passed
     assert clip.verdict == "the robot stays on its feet"

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from rollgait.view.backdrop import BACKGROUND
 from rollgait.view.camera import Camera
 from rollgait.view.shapes import ball
-from rollgait.view.software import BACKGROUND, SoftwareScene, render
+from rollgait.view.software import SoftwareScene, render
 
 
 @pytest.mark.parametrize("place", [(-5.0, 0.0, 0.5), (5.0, 0.0, 0.5)], ids=["behind", "ahead"])

@@ -15,6 +15,7 @@ from rollgait.cli import (
     check,
     drive,
     export,
+    ground,
     library,
     many,
     mpc,
@@ -53,6 +54,7 @@ app.command("robots")(library.robots)
 app.command("show")(library.show)
 app.command("cache")(cache.cache)
 app.add_typer(robot.app, name="robot")
+app.add_typer(ground.app, name="ground")
 
 
 def _version(asked: bool) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 from rollgait.errors import MissingExtraError
 from rollgait.export.motion import Motion
-from rollgait.export.ros2 import TOPICS, definition, messages
+from rollgait.export.ros2 import TOPICS, Topic, definition, messages, qualities
 from rollgait.files import replacing
 
 
@@ -30,7 +30,9 @@ def write_mcap(motion: Motion, path: Path, rate: float) -> Path:
             if topic.type not in schemas:
                 text = definition(topic).encode()
                 schemas[topic.type] = writer.register_schema(topic.type, "ros2msg", text)
-            channels[topic.name] = writer.register_channel(topic.name, "cdr", schemas[topic.type])
+            channels[topic.name] = writer.register_channel(
+                topic.name, "cdr", schemas[topic.type], metadata=_metadata(topic)
+            )
         for number, message in enumerate(messages(motion, rate)):
             writer.add_message(
                 channel_id=channels[message.topic.name],
@@ -41,3 +43,11 @@ def write_mcap(motion: Motion, path: Path, rate: float) -> Path:
             )
         writer.finish()
     return path
+
+
+def _metadata(topic: Topic) -> dict[str, str]:
+    """What `ros2 bag` looks for beside a topic."""
+    from rosbags.rosbag2.metadata import dump_qos_v8
+
+    offered = list(qualities(topic))
+    return {"offered_qos_profiles": dump_qos_v8(offered)} if offered else {}

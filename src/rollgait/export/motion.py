@@ -17,6 +17,7 @@ from rollgait.errors import InputError
 from rollgait.plan.plan import MAX_SAMPLES, Plan
 from rollgait.plan.samples import Array, Samples
 from rollgait.robot.robot import LEG_NAMES, Robot
+from rollgait.terrain import Terrain
 from rollgait.tracking.joints import JointTrajectory
 
 Motion = Plan | JointTrajectory
@@ -39,6 +40,7 @@ class Sampled:
         joint_velocity: (n, n_j), rad/s.
         joint_effort: (n, n_j), N m, or (n, 0) where it is not known.
         wheel_angle: by which each wheel has turned, (n, 4), rad.
+        terrain: the ground.
     """
 
     robot: Robot
@@ -50,6 +52,7 @@ class Sampled:
     joint_velocity: Array
     joint_effort: Array
     wheel_angle: Array
+    terrain: Terrain
 
     @property
     def time(self) -> Array:
@@ -93,6 +96,7 @@ def _of_plan(plan: Plan, rate: float) -> Sampled:
         joint_velocity=np.stack(velocity, axis=1) if names else np.zeros((count, 0)),
         joint_effort=np.zeros((count, 0)),
         wheel_angle=angle,
+        terrain=terrain_of(plan),
     )
 
 
@@ -109,7 +113,16 @@ def _of_joints(joints: JointTrajectory, rate: float) -> Sampled:
         joint_velocity=joints.joint_velocity[index],
         joint_effort=joints.joint_torque[index],
         wheel_angle=wheel_angle(s, joints.robot),
+        terrain=terrain_of(joints),
     )
+
+
+def terrain_of(motion: Motion) -> Terrain:
+    """The ground of a motion; of joints that do not say theirs a plane under their feet."""
+    if isinstance(motion, Plan):
+        return motion.scenario.terrain
+    carried: Terrain | None = getattr(motion, "terrain", None)
+    return carried or Terrain(float(motion.reference.foot_position[..., 2].min()))
 
 
 def wheel_angle(s: Samples, robot: Robot) -> Array:

@@ -16,10 +16,15 @@ from scipy.spatial.transform import Rotation
 from rollgait.errors import MissingExtraError
 from rollgait.export.motion import LEGS, Motion, Sampled, sampled
 from rollgait.plan.samples import Array
+from rollgait.terrain.mesh import mesh_of, window_around
 
 WORLD: Final = "odom"
 BASE: Final = "base_link"
 """Names of frames, REP-105."""
+FOREVER: Final = 2147483647
+"""Seconds, or nanoseconds, that mean "never" in a quality of service."""
+GROUND_CELLS: Final = 8000
+"""Most cells of a map that are drawn: each is two triangles of 120 bytes."""
 START: Final = 1_000_000_000
 """Stamp of t = 0, ns: 1 s, as stamp 0 means "the latest" to tf."""
 FORCE_SCALE: Final = 1.0e-3
@@ -32,10 +37,17 @@ COLOURS: Final = ((0.0, 0.447, 0.698), (0.835, 0.369, 0.0), (0.0, 0.620, 0.451),
 
 @dataclass(frozen=True)
 class Topic:
-    """A topic and its type."""
+    """A topic and its type.
+
+    Attributes:
+        name: of the topic.
+        type: of its messages.
+        latched: whether who comes later gets the last message, too.
+    """
 
     name: str
     type: str
+    latched: bool = False
 
 
 TF: Final = Topic("/tf", "tf2_msgs/msg/TFMessage")
@@ -45,7 +57,8 @@ COM_PATH: Final = Topic("/plan/com", "nav_msgs/msg/Path")
 FOOT_PATHS: Final = tuple(Topic(f"/plan/{leg}_foot", "nav_msgs/msg/Path") for leg in LEGS)
 WRENCHES: Final = tuple(Topic(f"/contact/{leg}", "geometry_msgs/msg/WrenchStamped") for leg in LEGS)
 MARKERS: Final = Topic("/markers", "visualization_msgs/msg/MarkerArray")
-TOPICS: Final = (TF, JOINT_STATES, JOINT_TRAJECTORY, COM_PATH, *FOOT_PATHS, *WRENCHES, MARKERS)
+GROUND: Final = Topic("/ground", "visualization_msgs/msg/Marker", latched=True)
+TOPICS: Final = (GROUND, TF, JOINT_STATES, JOINT_TRAJECTORY, COM_PATH, *FOOT_PATHS, *WRENCHES, MARKERS)
 
 
 @dataclass(frozen=True)
@@ -71,6 +84,28 @@ def definition(topic: Topic) -> str:
     return str(text)
 
 
+def qualities(topic: Topic) -> tuple[Any, ...]:
+    """The qualities of service that a topic offers, where they are not ROS's own, as rosbags has them."""
+    from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
+
+    if not topic.latched:
+        return ()
+    never = QosTime(sec=FOREVER, nsec=FOREVER)
+    return (
+        Qos(
+            history=QosHistory.KEEP_LAST,
+            depth=1,
+            reliability=QosReliability.RELIABLE,
+            durability=QosDurability.TRANSIENT_LOCAL,
+            deadline=never,
+            lifespan=never,
+            liveliness=QosLiveliness.AUTOMATIC,
+            liveliness_lease_duration=never,
+            avoid_ros_namespace_conventions=False,
+        ),
+    )
+
+
 @lru_cache(maxsize=1)
 def typestore() -> Any:
     """The types. Raises `MissingExtraError`."""
@@ -92,6 +127,7 @@ class _Builder:
     def once(self) -> Iterator[Message]:
         """What is said once, at the beginning."""
         s = self.s.samples
+        yield self._message(GROUND, 0, self._ground())
         yield self._message(JOINT_TRAJECTORY, 0, self._trajectory())
         yield self._message(COM_PATH, 0, self._path(s.com_position, self.s.base_quaternion))
         for leg, topic in enumerate(FOOT_PATHS):
@@ -131,6 +167,10 @@ class _Builder:
     def _quaternion(self, q: Array) -> Any:
         x, y, z, w = (float(part) for part in q)
         return self._make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+
+    def _colour(self, colour: tuple[float, float, float]) -> Any:
+        r, g, b = colour
+        return self._make("std_msgs/msg/ColorRGBA", r=r, g=g, b=b, a=1.0)
 
     def _pose(self, p: Array, q: Array) -> Any:
         return self._make("geometry_msgs/msg/Pose", position=self._point(p), orientation=self._quaternion(q))
@@ -180,6 +220,21 @@ class _Builder:
             velocity=s.joint_velocity[index].astype(np.float64),
             effort=s.joint_effort[index].astype(np.float64),
         )
+
+    def _ground(self) -> Any:
+        """Triangles with their colours: walls and all, and seen without a plug-in, as no grid would be."""
+        s = self.s.samples
+        window = window_around(np.concatenate([s.foot_position.reshape(-1, 3), s.com_position]))
+        mesh = mesh_of(self.s.terrain, *window, GROUND_CELLS)
+        marker = self._marker(
+            0, "ground", 0, _TRIANGLES, self._pose(np.zeros(3), _IDENTITY), np.ones(3), (1.0, 1.0, 1.0)
+        )
+        marker.points = [self._point(p) for p in mesh.corners.reshape(-1, 3)]
+        marker.colors = [
+            self._colour((r / 255.0, g / 255.0, b / 255.0))
+            for r, g, b in np.repeat(mesh.colours, 3, axis=0).tolist()
+        ]
+        return marker
 
     def _trajectory(self) -> Any:
         s = self.s
@@ -251,7 +306,6 @@ class _Builder:
         colour: tuple[float, float, float],
         points: list[Array] | None = None,
     ) -> Any:
-        r, g, b = colour
         return self._make(
             "visualization_msgs/msg/Marker",
             header=self._header(index, WORLD),
@@ -261,7 +315,7 @@ class _Builder:
             action=0,
             pose=pose,
             scale=self._vector(size),
-            color=self._make("std_msgs/msg/ColorRGBA", r=r, g=g, b=b, a=1.0),
+            color=self._colour(colour),
             lifetime=self._time("builtin_interfaces/msg/Duration", 0),
             frame_locked=False,
             points=[self._point(p) for p in points or ()],
@@ -283,7 +337,7 @@ class _Builder:
         )
 
 
-_ARROW, _CUBE, _SPHERE, _CYLINDER = 0, 1, 2, 3
+_ARROW, _CUBE, _SPHERE, _CYLINDER, _TRIANGLES = 0, 1, 2, 3, 11
 """Kinds of markers."""
 _IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 _ARROW_SIZE = np.array([0.02, 0.045, 0.08])

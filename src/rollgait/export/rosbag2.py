@@ -9,7 +9,7 @@ from typing import Final
 
 from rollgait.errors import FileError
 from rollgait.export.motion import Motion
-from rollgait.export.ros2 import TOPICS, messages, typestore
+from rollgait.export.ros2 import TOPICS, messages, qualities, typestore
 
 VERSION: Final = 8
 """Of the metadata: Humble and all later ones read it."""
@@ -35,7 +35,10 @@ def write_rosbag2(motion: Motion, path: Path, rate: float) -> Path:
     try:
         with Writer(folder / path.name, version=VERSION) as writer:
             connections = {
-                topic.name: writer.add_connection(topic.name, topic.type, typestore=types) for topic in TOPICS
+                topic.name: writer.add_connection(
+                    topic.name, topic.type, typestore=types, offered_qos_profiles=qualities(topic)
+                )
+                for topic in TOPICS
             }
             for message in messages(motion, rate):
                 writer.write(connections[message.topic.name], message.time, message.data)

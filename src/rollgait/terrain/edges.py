@@ -59,7 +59,7 @@ def borders(planes: Sequence[Facet]) -> Iterator[Border]:
     for own, plane in enumerate(planes):
         begins, ends = edges(plane.polygon)
         for begin, end, side in zip(begins, ends, inward(begins, ends), strict=True):
-            places = _cuts(begin, end, corners)
+            places = cuts(begin, end, corners)
             for first, last in pairwise(places):
                 other = _plane_at(planes, 0.5 * (first + last) - BESIDE * side)
                 if other is not None and other != own:
@@ -68,7 +68,7 @@ def borders(planes: Sequence[Facet]) -> Iterator[Border]:
                     yield Border(first, last, side, own, other, jump)
 
 
-def _cuts(begin: Array, end: Array, corners: Array) -> Array:
+def cuts(begin: Array, end: Array, corners: Array) -> Array:
     """Where along an edge the neighbour may change: at corners of other planes that lie on it."""
     along = end - begin
     length = float(np.linalg.norm(along))

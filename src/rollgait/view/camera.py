@@ -9,12 +9,16 @@ import numpy as np
 import viser
 
 from rollgait.plan.samples import Array
+from rollgait.terrain.terrain import plane_of
 from rollgait.view.clip import Clip
 
 FIELD_OF_VIEW: Final = np.radians(40.0)
 """Vertical angle of the picture, rad."""
 FROM: Final = np.array([0.35, -0.8, 0.48])
 """Direction from what is looked at to the camera: from the right, a little ahead and above."""
+
+RISING: Final = 0.03
+"""Slope of the ground along x from which on one looks from behind."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +34,18 @@ def camera_of(clip: Clip) -> Camera:
     place = clip.samples.com_position
     low, high = place.min(axis=0), place.max(axis=0)
     middle = 0.5 * (low + high)
-    middle[2] = clip.ground + 0.35 * clip.robot.height
+    feet = clip.samples.foot_position[..., 2][clip.samples.contact]
+    ground = 0.5 * (feet.min() + feet.max()) if feet.size else middle[2] - clip.robot.height
+    middle[2] = ground + 0.35 * clip.robot.height
+    direction = FROM * [-1.0, 1.0, 1.0] if _rises(clip) else FROM
     size = clip.robot.height / 0.75 * 2.4 + 0.9 * float(np.linalg.norm(high - low))
-    return Camera(middle + size * FROM, middle)
+    return Camera(middle + size * direction, middle)
+
+
+def _rises(clip: Clip) -> bool:
+    """Whether the ground rises along x: from ahead one would not see the risers."""
+    feet = clip.samples.foot_position[clip.samples.contact]
+    return bool(len(feet) and plane_of(feet)[2][0] > RISING)
 
 
 def aim(server: viser.ViserServer, clip: Clip) -> None:

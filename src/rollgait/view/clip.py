@@ -13,6 +13,7 @@ from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array, Samples
 from rollgait.robot.robot import Robot
 from rollgait.simulation.log import SimulationLog
+from rollgait.terrain import Terrain
 from rollgait.tracking import JointTrajectory
 from rollgait.view.marks import Mark, marks_of_joints, marks_of_log, marks_of_plan
 
@@ -63,8 +64,7 @@ class Clip:
         kind: plan, joints, simulation or mpc.
         robot: the planner's robot.
         samples: the motion at the frames, (n, …).
-        ground: height of the ground, m.
-        friction: μ.
+        terrain: the ground.
         goals: in the order of time.
         marks: what is worth a look, the worst first.
         verdict: one line on how good the motion is.
@@ -77,8 +77,7 @@ class Clip:
     kind: str
     robot: Robot
     samples: Samples
-    ground: float
-    friction: float
+    terrain: Terrain
     goals: tuple[ShownGoal, ...]
     marks: tuple[Mark, ...]
     verdict: str
@@ -99,6 +98,18 @@ class Clip:
     def frame(self, time: float) -> int:
         """The frame nearest to a time (s)."""
         return int(np.clip(round(time * (len(self.time) - 1) / self.horizon), 0, len(self.time) - 1))
+
+    @cached_property
+    def foot_ground(self) -> Array:
+        """Height of the ground under each foot, (n, 4), m; NaN where it is not known."""
+        x, y, _ = np.moveaxis(self.samples.foot_position, -1, 0)
+        return self.terrain.height(x, y)
+
+    @cached_property
+    def friction(self) -> Array:
+        """μ under each foot, (n, 4)."""
+        x, y, _ = np.moveaxis(self.samples.foot_position, -1, 0)
+        return self.terrain.friction_at(x, y)
 
     @cached_property
     def wheel_angle(self) -> Array:
@@ -129,8 +140,7 @@ def clip_of_plan(plan: Plan, name: str) -> Clip:
         kind="plan",
         robot=plan.robot,
         samples=plan.sample(frame_times(plan.horizon)),
-        ground=scenario.ground.height,
-        friction=scenario.ground.friction,
+        terrain=scenario.terrain,
         goals=tuple(ShownGoal(begin, pose) for begin, pose in zip(begins, poses, strict=True)),
         marks=marks_of_plan(plan),
         verdict=verdict,
@@ -147,8 +157,7 @@ def clip_of_joints(joints: JointTrajectory, name: str) -> Clip:
         kind="joints",
         robot=joints.robot,
         samples=plan.at(_nearest(joints.time, times)),
-        ground=float(np.min(plan.foot_position[..., 2])),
-        friction=FRICTION,
+        terrain=Terrain(float(np.min(plan.foot_position[..., 2])), FRICTION),
         goals=(_end(plan.com_position, plan.euler),),
         marks=marks_of_joints(joints),
         verdict="followed within its limits" if joints.report.passed else "not followed within its limits",
@@ -172,8 +181,7 @@ def clip_of_log(log: SimulationLog, name: str) -> Clip:
         kind="simulation",
         robot=log.robot,
         samples=samples_of_log(log, index, times),
-        ground=log.ground_height,
-        friction=FRICTION,
+        terrain=Terrain(log.ground_height, FRICTION),
         goals=(_end(log.planned_com_position, euler_of(log.planned_base_quaternion)),),
         marks=marks_of_log(log),
         verdict=f"fell at {report.fallen_at:.2f} s" if report.fallen_at is not None else "did not fall",

@@ -13,6 +13,7 @@ from rollgait.files import replacing
 from rollgait.plan.plan import Plan
 from rollgait.view.in_space import draw_paths, draw_top
 from rollgait.view.over_time import draw_base, draw_forces, draw_gait, draw_wheels
+from rollgait.view.profile import draw_profile
 from rollgait.view.style import MARK_COLOUR, Style, find_style
 
 Draw = Callable[[Figure, Plan, Style], None]
@@ -21,6 +22,7 @@ Draw = Callable[[Figure, Plan, Style], None]
 FIGURES: Final[dict[str, Draw]] = {
     "paths": draw_paths,
     "top": draw_top,
+    "profile": draw_profile,
     "base": draw_base,
     "forces": draw_forces,
     "wheels": draw_wheels,
@@ -85,6 +87,14 @@ def save_figures(
                 picture.savefig(temporary, format=image_format, metadata=IMAGE_FORMATS[image_format])
             paths.append(path)
     return paths
+
+
+def require_image_format(path: Path) -> str:
+    """The format that a file's suffix means. Raises `UnknownNameError` if it is none of `IMAGE_FORMATS`."""
+    suffix = path.suffix.lower().removeprefix(".")
+    if suffix not in IMAGE_FORMATS:
+        raise UnknownNameError("format", suffix, IMAGE_FORMATS)
+    return suffix
 
 
 def _put_mark(picture: Figure, mark: str) -> None:

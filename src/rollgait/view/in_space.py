@@ -6,6 +6,7 @@ The body is drawn as an outline with a nose where the front is, its corners at t
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 from matplotlib import patheffects
@@ -13,13 +14,26 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from mpl_toolkits.mplot3d import Axes3D, proj3d
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array, Samples
 from rollgait.robot.robot import LEG_NAMES, Robot
+from rollgait.terrain import Terrain
+from rollgait.terrain.mesh import mesh_of
 from rollgait.view.motion import dense_samples, snapshot_times, swing_times
+from rollgait.view.on_ground import is_plane
+from rollgait.view.painter import halved
+from rollgait.view.relief_map import add_scale, draw_relief
 from rollgait.view.shapes import NOSE, hips
 from rollgait.view.style import BASE_COLOUR, GOAL_COLOUR, LEG_COLOURS, SECOND_COLOUR, Style, ticks
+
+AROUND: Final = 0.05
+"""Ground shown around and below what moves, m."""
+LARGEST: Final = 0.2
+"""Sides of the ground's triangles, m."""
+MOST_CELLS: Final = 4000
+"""Cells of a map in a figure: a vector graphic of more is large and slow."""
 
 
 def draw_paths(figure: Figure, plan: Plan, style: Style) -> None:
@@ -29,6 +43,10 @@ def draw_paths(figure: Figure, plan: Plan, style: Style) -> None:
     axes: Axes3D = figure.add_axes((0.0, 0.0, 1.0, 1.0), projection="3d", proj_type="ortho")
     axes.view_init(elev=28.0, azim=-62.0)
     dot = (3.0 * style.line) ** 2
+    points = np.concatenate([s.foot_position.reshape(-1, 3), s.com_position])
+    if not is_plane(plan.scenario.terrain):
+        axes.computed_zorder = False  # else lines vanish in the ground that they lie on
+        _draw_ground(axes, plan.scenario.terrain, points)
     for leg in reversed(range(4)):
         axes.plot(*s.foot_position[:, leg].T, color=LEG_COLOURS[leg])
         axes.plot(*_legs(plan.robot, start)[leg].T, color=SECOND_COLOUR, lw=0.5 * style.line)
@@ -58,6 +76,25 @@ def draw_paths(figure: Figure, plan: Plan, style: Style) -> None:
     )
 
 
+def _draw_ground(axes: Axes3D, terrain: Terrain, points: Array) -> None:
+    """The ground under points (n, 3)."""
+    low, high = points[:, :2].min(axis=0) - AROUND, points[:, :2].max(axis=0) + AROUND
+    mesh = mesh_of(terrain, low, high, MOST_CELLS)
+    corners = mesh.corners
+    floor = points[:, 2].min() - AROUND  # a deep ditch has no floor
+    seen = corners[..., 2].max(axis=1) >= floor
+    corners = np.concatenate([corners[..., :2], np.maximum(corners[..., 2:], floor)], axis=-1)[seen]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    elevation, azimuth = np.radians([axes.elev, axes.azim])
+    towards = [np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)]
+    facing = normal @ np.array(towards) > 1e-9
+    corners, number = halved(corners[facing], LARGEST, 8)  # Matplotlib sorts them by their middles
+    colours = mesh.colours[seen][facing][number] / 255.0
+    axes.add_collection3d(
+        Poly3DCollection(corners, facecolors=colours, edgecolors=colours, linewidths=0.2, zorder=-1.0)
+    )
+
+
 def draw_top(figure: Figure, plan: Plan, style: Style) -> None:
     """The motion from above at a few times, with the headings of the feet; one panel per goal."""
     s, goals = dense_samples(plan), _goals(plan)
@@ -69,7 +106,11 @@ def draw_top(figure: Figure, plan: Plan, style: Style) -> None:
     shape = (high[1] - low[1]) / (high[0] - low[0])
     figure.set_size_inches(style.width, (0.22 + min(0.84 * shape, 1.2) * len(goals)) * style.width)
     panels = figure.subplots(len(goals), 1, sharex=True, sharey=True, squeeze=False)[:, 0]
+    terrain, scale = plan.scenario.terrain, None
     for axes, goal, (begin, end) in zip(panels, goals, pairwise(edges), strict=True):
+        if not is_plane(terrain):
+            axes.grid(visible=False)
+            scale = draw_relief(axes, terrain, low, high, style)
         now = s.at((s.time >= begin) & (s.time <= end))
         for leg in reversed(range(4)):
             axes.plot(*now.foot_position[:, leg, :2].T, color=LEG_COLOURS[leg], lw=0.6 * style.line)
@@ -83,6 +124,8 @@ def draw_top(figure: Figure, plan: Plan, style: Style) -> None:
         axes.set_ylim(low[1], high[1])
         axes.set_ylabel("y (m)")
     panels[-1].set_xlabel("x (m)")
+    if scale is not None:
+        add_scale(figure, scale, panels[len(panels) // 2])
     goal_mark = Line2D([], [], color=GOAL_COLOUR, marker="*", ls="", ms=7.0 * style.line, label="goal")
     com = Line2D([], [], color=BASE_COLOUR, label="CoM")
     figure.legend(handles=[*_leg_lines(), com, goal_mark], loc="outside upper center", ncols=6)

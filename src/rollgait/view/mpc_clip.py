@@ -8,6 +8,7 @@ import numpy as np
 
 from rollgait.mpc.log import MpcLog
 from rollgait.plan.samples import Array, Samples
+from rollgait.terrain import Terrain
 from rollgait.view.clip import FRICTION, Clip, Joints, frame_times
 from rollgait.view.marks import MOST, Mark
 
@@ -43,8 +44,7 @@ def clip_of_mpc(log: MpcLog, name: str) -> Clip:
         kind="mpc",
         robot=log.robot,
         samples=samples,
-        ground=float(np.median(foot[..., 2].min(axis=1))),
-        friction=FRICTION,
+        terrain=Terrain(float(np.median(foot[..., 2].min(axis=1))), FRICTION),
         goals=(),
         marks=_marks(log),
         verdict=report.verdict,

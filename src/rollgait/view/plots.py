@@ -54,7 +54,7 @@ class Plot:
 def plots_of(clip: Clip) -> list[Plot]:
     """The plots of a clip."""
     s = clip.samples
-    height = 100.0 * (s.foot_position[..., 2] - clip.ground)
+    height = 100.0 * (s.foot_position[..., 2] - clip.foot_ground)
     result = [
         _by_leg("normal force (N)", s.force[..., 2], 0, low=0.0),
         _by_leg("wheel speed (m/s)", s.speed, 2),

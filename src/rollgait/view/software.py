@@ -1,16 +1,15 @@
 """Pictures of a scene without a browser or a graphics card: triangles, sorted by depth, drawn by Pillow.
 
 `SoftwareScene` offers the layers the few methods of viser's scene that they use and keeps what they draw;
-`render` draws it. What lies on the ground comes first, in the order in which it was added; then all else, the
-farthest first.
+`render` draws it. The ground comes first, then what lies on it, in the order in which it was added, then all
+else, the farthest first.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from operator import itemgetter
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
@@ -22,23 +21,24 @@ from PIL import Image, ImageDraw, ImageFont
 from scipy.spatial.transform import Rotation
 
 from rollgait.plan.samples import Array
-from rollgait.view.camera import FIELD_OF_VIEW, Camera
+from rollgait.terrain import Terrain
+from rollgait.terrain.mesh import GroundMesh
+from rollgait.terrain.relief import LIGHT
+from rollgait.view.backdrop import Backdrop, backdrop_of, draw_shadows
+from rollgait.view.camera import Camera
+from rollgait.view.on_ground import heights
+from rollgait.view.painter import Piece, cut_short, draw_pieces, halved
 
 SUPERSAMPLING: Final = 2
 """The picture is drawn this many times larger and then reduced: smooth edges."""
-LIGHT: Final = np.array([0.35, -0.5, 0.79])
-"""Direction to the light, world."""
 AMBIENT: Final = 0.45
 """Brightness of what the light does not reach."""
 FLAT: Final = 0.03
 """What reaches no higher than this lies on the ground, m."""
-LARGEST: Final = 0.12
-"""Edges longer than this are halved, m: the depth of a large triangle says little."""
-SHADOW: Final = 46
-"""Opacity of a shadow, of 255."""
-BACKGROUND: Final = (255, 255, 255)
-NEAR: Final = 0.05
-"""What is nearer to the camera is left out, m."""
+GROUND: Final = "/ground/"
+"""In the names of the triangles and lines of the ground."""
+GROUND_LARGEST: Final = 0.1
+"""Sides of the ground's triangles, m: whoever stands behind them is hidden."""
 
 
 @dataclass(eq=False)
@@ -52,9 +52,16 @@ class Node(SimpleNamespace):
 
 @dataclass
 class SoftwareScene:
-    """A scene that only remembers. Offers what `rollgait.view.layers` need of viser's."""
+    """A scene that only remembers. Offers what `rollgait.view.layers` need of viser's.
 
+    Attributes:
+        terrain: the ground on which shadows fall and other things lie.
+        nodes: by their names.
+    """
+
+    terrain: Terrain = field(default_factory=Terrain)
     nodes: dict[str, Node] = field(default_factory=dict)
+    _backdrops: dict[Any, Backdrop] = field(default_factory=dict)
 
     def add_frame(self, name: str, **properties: Any) -> Node:
         return self._add(name, "frame", properties)
@@ -62,10 +69,16 @@ class SoftwareScene:
     def add_mesh_simple(self, name: str, vertices: Array, faces: Any, **properties: Any) -> Node:
         return self._add(name, "mesh", properties | {"vertices": vertices, "faces": faces})
 
+    def add_ground_mesh(self, name: str, mesh: GroundMesh) -> Node:
+        """The ground, as it is: for a browser it is a glTF."""
+        return self._add(
+            name, "mesh", {"vertices": mesh.vertices, "faces": mesh.faces, "color": mesh.colours}
+        )
+
     def add_batched_meshes_simple(self, name: str, vertices: Array, faces: Any, **properties: Any) -> Node:
         return self._add(name, "batch", properties | {"vertices": vertices, "faces": faces})
 
-    def add_line_segments(self, name: str, points: Array, colors: Any, **properties: Any) -> Node:
+    def add_line_segments(self, name: str, points: Any, colors: Any, **properties: Any) -> Node:
         return self._add(name, "lines", properties | {"points": points, "colors": colors})
 
     def add_grid(self, name: str, **properties: Any) -> Node:
@@ -91,27 +104,6 @@ class SoftwareScene:
                 yield node, R, p
 
 
-@dataclass(frozen=True)
-class Piece:
-    """Polygons of one kind.
-
-    Attributes:
-        corners: (m, k, 3), world, m; k = 2 for lines.
-        colours: red, green, blue, alpha, (m, 4).
-        flat: whether it lies on the ground.
-        width: of lines, m.
-        casts: whether it casts a shadow.
-        ground: whether it is the ground itself.
-    """
-
-    corners: Array
-    colours: NDArray[np.uint8]
-    flat: bool
-    width: float = 0.0
-    casts: bool = False
-    ground: bool = False
-
-
 def render(scene: SoftwareScene, camera: Camera, size: tuple[int, int], text: str = "") -> Image.Image:
     """A picture of a scene.
 
@@ -122,85 +114,87 @@ def render(scene: SoftwareScene, camera: Camera, size: tuple[int, int], text: st
         text: written into the upper left corner, line by line.
     """
     large = (size[0] * SUPERSAMPLING, size[1] * SUPERSAMPLING)
-    picture = Image.new("RGB", large, BACKGROUND)
+    backdrop = _backdrop(scene, camera, large)
+    picture = backdrop.picture.copy()
     draw = ImageDraw.Draw(picture, "RGBA")
-    pieces = [piece for node, R, p in scene.visible() for piece in _pieces(node, R, p, camera)]
-    for number, piece in enumerate(pieces):
+    pieces = [
+        piece
+        for node, R, p in scene.visible()
+        if not _is_ground(node)
+        for piece in _pieces(node, R, p, camera, scene.terrain)
+    ]
+    draw_shadows([piece for piece in pieces if piece.casts], scene.terrain, camera, backdrop, picture)
+    for piece in pieces:
         if piece.flat:
-            _draw([piece], camera, large, draw)
-        if piece.ground:
-            _draw_shadows([p for p in pieces[number:] + pieces[:number] if p.casts], camera, large, picture)
-    _draw([piece for piece in pieces if not piece.flat], camera, large, draw)
+            draw_pieces([piece], camera, large, draw, backdrop.is_seen)
+    draw_pieces([piece for piece in pieces if not piece.flat], camera, large, draw, backdrop.is_seen)
     result = picture.reduce(SUPERSAMPLING)
     if text:
         _write(result, text)
     return result
 
 
-def _draw(pieces: list[Piece], camera: Camera, size: tuple[int, int], draw: ImageDraw.ImageDraw) -> None:
-    """Draws pieces, the farthest polygons first."""
-    polygons: list[tuple[float, list[float], tuple[int, ...], float]] = []
-    scale = _focal(size)
-    for piece in pieces:
-        if not len(piece.corners):
-            continue
-        pixels, depth = _project(piece.corners, camera, size)
-        seen = (depth > NEAR).all(axis=1)
-        means = depth[seen].mean(axis=1)
-        flat = pixels[seen].reshape(len(means), 2 * piece.corners.shape[1]).tolist()
-        colours = map(tuple, piece.colours[seen].tolist())
-        widths = (piece.width * scale / means).tolist()
-        polygons += zip(means.tolist(), flat, colours, widths, strict=True)
-    for _, corners, colour, width in sorted(polygons, key=itemgetter(0), reverse=True):
-        if len(corners) == 4:
-            draw.line(corners, fill=colour, width=max(1, round(width)))
-        else:
-            draw.polygon(corners, fill=colour)
+def _backdrop(scene: SoftwareScene, camera: Camera, size: tuple[int, int]) -> Backdrop:
+    """The ground, drawn again only if something about it has changed."""
+    nodes = [(node, R, p) for node, R, p in scene.visible() if _is_ground(node)]
+    poses = tuple((node.name, R.tobytes(), p.tobytes()) for node, R, p in nodes)
+    key = (poses, camera.position.tobytes(), camera.look_at.tobytes(), size)
+    if key not in scene._backdrops:
+        scene._backdrops.clear()
+        pieces = [piece for node, R, p in nodes for piece in _ground_pieces(node, R, p, camera)]
+        scene._backdrops[key] = backdrop_of(pieces, camera, size)
+    return scene._backdrops[key]
 
 
-def _draw_shadows(pieces: list[Piece], camera: Camera, size: tuple[int, int], picture: Image.Image) -> None:
-    """Darkens where the light does not reach the ground (z = 0)."""
-    mask = Image.new("L", size, 0)
-    draw = ImageDraw.Draw(mask)
-    for piece in pieces:
-        fallen = piece.corners - LIGHT * (piece.corners[..., 2:] / LIGHT[2])
-        pixels, depth = _project(fallen, camera, size)
-        for corners in pixels[(depth > NEAR).all(axis=1)]:
-            draw.polygon(corners.ravel().tolist(), fill=SHADOW)
-    picture.paste(Image.new("RGB", size, (60, 66, 75)), mask=mask)
+def _is_ground(node: Node) -> bool:
+    return node.kind == "grid" or (GROUND in node.name and node.kind != "frame")
 
 
-def _pieces(node: Node, R: Array, p: Array, camera: Camera) -> Iterator[Piece]:
+def _ground_pieces(node: Node, R: Array, p: Array, camera: Camera) -> Iterator[Piece]:
+    """What a node of the ground looks like, in the world: its colours are those of its light already."""
+    if node.kind == "grid":
+        yield from _grid(node)
+    elif node.kind == "lines":
+        lines = _lines(node, R, p, True)
+        parts, number = cut_short(lines.corners, GROUND_LARGEST)
+        yield replace(lines, corners=parts, colours=lines.colours[number])
+    else:
+        corners = (np.asarray(node.vertices, dtype=float) @ R.T + p)[np.asarray(node.faces, dtype=int)]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        facing = ((camera.position - corners[:, 0]) * normal).sum(axis=1) > 0.0
+        parts, number = halved(corners[facing], GROUND_LARGEST, 10)
+        yield Piece(parts, _with_alpha(node.color[facing][number], None), False)
+
+
+def _pieces(node: Node, R: Array, p: Array, camera: Camera, terrain: Terrain) -> Iterator[Piece]:
     """What a node looks like, in the world."""
     if node.kind == "mesh":
         vertices = np.asarray(node.vertices, dtype=float) @ R.T + p
-        yield _mesh(vertices, node.faces, np.array(node.color), node, camera)
+        yield _mesh(vertices, node.faces, np.array(node.color), node, camera, terrain)
     elif node.kind == "batch":
         colours = _with_gamma(np.broadcast_to(node.batched_colors, (len(node.batched_positions), 3)))
         scales = getattr(node, "batched_scales", None)
         for k, (place, turn) in enumerate(zip(node.batched_positions, node.batched_wxyzs, strict=True)):
             scale = np.ones(3) if scales is None else np.broadcast_to(scales[k], 3)
             local = (np.asarray(node.vertices) * scale) @ _matrix(turn).T + place
-            yield _mesh(local @ R.T + p, node.faces, colours[k], node, camera)
+            yield _mesh(local @ R.T + p, node.faces, colours[k], node, camera, terrain)
     elif node.kind == "lines":
-        points = np.asarray(node.points, dtype=float) @ R.T + p
-        colours = np.asarray(node.colors)
-        shades = colours if colours.ndim == 1 else _with_gamma(colours[:, 0])
-        yield Piece(
-            points,
-            _with_alpha(np.broadcast_to(shades, (len(points), 3)), None),
-            _is_flat(points),
-            node.thickness,
-        )
-    elif node.kind == "grid":
-        yield from _grid(node)
+        yield _lines(node, R, p, _is_flat(np.asarray(node.points, dtype=float) @ R.T + p, terrain))
 
 
-def _mesh(vertices: Array, faces: Any, colour: Array, node: Node, camera: Camera) -> Piece:
+def _lines(node: Node, R: Array, p: Array, flat: bool) -> Piece:
+    points = np.asarray(node.points, dtype=float) @ R.T + p
+    colours = np.asarray(node.colors)
+    shades = colours if colours.ndim == 1 else _with_gamma(colours[:, 0])
+    every = _with_alpha(np.broadcast_to(shades, (len(points), 3)), None)
+    return Piece(points, every, flat, node.thickness)
+
+
+def _mesh(vertices: Array, faces: Any, colour: Array, node: Node, camera: Camera, terrain: Terrain) -> Piece:
     corners = vertices[np.asarray(faces, dtype=int)]
-    flat = _is_flat(corners)
+    flat = _is_flat(corners, terrain)
     if not flat:
-        corners = _halved(corners)
+        corners, _ = halved(corners)
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
     corners, normal = corners[area > 1e-12], normal[area > 1e-12]
@@ -234,42 +228,12 @@ def _grid(node: Node) -> Iterator[Piece]:
                 lines.append((line if axis == 0 else line[:, [1, 0, 2]]) + at)
         light = 0.5 * (np.array(colour) + 255)
         shades = _with_alpha(np.tile(light, (len(lines), 1)), None)
-        yield Piece(np.array(lines), shades, True, width, ground=spacing == node.section_size)
+        yield Piece(np.array(lines), shades, True, width)
 
 
-def _halved(corners: Array) -> Array:
-    """The same surface with smaller triangles where they are large."""
-    for _ in range(4):
-        size = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
-        large = size > LARGEST
-        if not large.any() or len(corners) > 100_000:
-            break
-        a, b, c = np.moveaxis(corners[large], 1, 0)
-        ab, bc, ca = 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)
-        parts = [np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-        corners = np.concatenate([corners[~large], *parts])
-    return corners
-
-
-def _project(points: Array, camera: Camera, size: tuple[int, int]) -> tuple[Array, Array]:
-    """Pixels (…, 2) and depths (…) of points (…, 3)."""
-    ahead = camera.look_at - camera.position
-    ahead = ahead / np.linalg.norm(ahead)
-    right = np.cross(ahead, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    way = points - camera.position
-    depth = way @ ahead
-    across = np.stack([way @ right, -(way @ np.cross(right, ahead))], axis=-1)
-    safe = np.maximum(depth, NEAR)[..., None]
-    return _focal(size) * across / safe + 0.5 * np.array(size), depth
-
-
-def _focal(size: tuple[int, int]) -> float:
-    return float(0.5 * size[1] / np.tan(0.5 * FIELD_OF_VIEW))
-
-
-def _is_flat(points: Array) -> bool:
-    return bool(len(points) and np.abs(points[..., 2]).max() < FLAT)
+def _is_flat(points: Array, terrain: Terrain) -> bool:
+    """Whether it lies on the ground."""
+    return bool(len(points) and np.abs(points[..., 2] - heights(terrain, points)).max() < FLAT)
 
 
 def _matrix(wxyz: Any) -> Array:

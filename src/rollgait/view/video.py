@@ -71,7 +71,7 @@ def record_gif(clip: Clip, path: str | Path, ghost: Clip | None = None) -> Path:
 
 def still(clip: Clip, time: float, size: tuple[int, int] = VIDEO_SIZE, caption: bool = False) -> Image.Image:
     """A picture of a clip at a time (s)."""
-    api = SoftwareScene()
+    api = SoftwareScene(clip.terrain)
     Scene(cast(SceneApi, api), "/motion", clip).show(time)
     return render(api, camera_of(clip), size, _caption(clip, time) if caption else "")
 
@@ -80,7 +80,7 @@ def pictures(
     clip: Clip, rate: float, size: tuple[int, int], ghost: Clip | None = None
 ) -> Iterator[Image.Image]:
     """All pictures of a clip at a rate (Hz)."""
-    api = SoftwareScene()
+    api = SoftwareScene(clip.terrain)
     scenes = [Scene(cast(SceneApi, api), "/motion", clip)]
     if ghost is not None:
         scenes.append(Scene(cast(SceneApi, api), "/ghost", ghost, GHOST))

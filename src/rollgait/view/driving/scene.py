@@ -10,23 +10,27 @@ from viser import MeshHandle, SceneApi
 
 from rollgait.plan.samples import Array, Samples
 from rollgait.robot.robot import Robot
+from rollgait.terrain import Terrain
 from rollgait.view import shapes
 from rollgait.view.arrows import Arrows, arrow_poses
-from rollgait.view.clip import FRICTION, Clip, Joints
+from rollgait.view.clip import Clip, Joints
 from rollgait.view.driving.chain import Chain
 from rollgait.view.driving.messages import Snapshot
 from rollgait.view.layers.contact import FORCE_LENGTH
-from rollgait.view.layers.ground import GRID
+from rollgait.view.layers.ground import GRID, add_terrain
 from rollgait.view.layers.layer import NOWHERE, SOLID, linear, rgb, single
-from rollgait.view.layers.paths import ABOVE, RING, THICK
+from rollgait.view.layers.paths import RING, THICK
 from rollgait.view.layers.robot import TYRE_COLOUR
 from rollgait.view.layers.robot import Robot as PlannedRobot
 from rollgait.view.meshes import COLOUR, whole_body_of
+from rollgait.view.on_ground import ABOVE, is_plane, normals, on_ground
 from rollgait.view.rotations import from_z_to, turn_z, wxyz
 from rollgait.view.style import BASE_COLOUR, GOAL_COLOUR, LEG_COLOURS
 
 GROUND_SIZE: Final = 12
-"""Edge of the ground around the robot, m; it moves along by whole metres."""
+"""Edge of the ground around the robot, m; a plane moves along by whole metres."""
+DRAWN_ANEW: Final = 3.0
+"""So far from its middle, m, the robot gets new ground around it, where that is no plane."""
 SECONDS_AHEAD: Final = 1.2
 """The arrow of the command is the way in this time at this velocity, s."""
 ARC_RADIUS: Final = 0.65
@@ -93,17 +97,21 @@ class LiveScene:
         scene: where it is drawn.
         robot: that is driven.
         snapshot: how it begins.
+        terrain: the ground; if none, a plane under the feet.
 
     Attributes:
         follows: whether the robot stays in the middle and the ground moves.
         grips: what of the robot can be clicked and dragged: its base.
     """
 
-    def __init__(self, scene: SceneApi, robot: Robot, snapshot: Snapshot) -> None:
+    def __init__(
+        self, scene: SceneApi, robot: Robot, snapshot: Snapshot, terrain: Terrain | None = None
+    ) -> None:
         self._scene, self._robot = scene, robot
         self.follows = True
         self._root = scene.add_frame("/drive", show_axes=False)
-        self._ground_height = float(snapshot.state.foot_position[:, 2].min())
+        self._terrain = terrain or Terrain(float(snapshot.state.foot_position[:, 2].min()))
+        self._middle = np.round(snapshot.state.com_position[:2])
         self._ground = self._add_ground()
         clip = clip_of(robot, snapshot)
         with_meshes = snapshot.body is not None and whole_body_of(robot) is not None
@@ -130,7 +138,7 @@ class LiveScene:
         x, y, _ = snapshot.state.com_position.tolist()
         if self.follows:
             self._root.position = (-x, -y, 0.0)
-            self._ground.position = (round(x), round(y), self._ground_height)
+        self._move_ground(snapshot.state.com_position[:2])
         self._body.show(snapshot)
         for title, move in self._moves.items():
             if self._shown[title].visible:
@@ -145,9 +153,29 @@ class LiveScene:
         return path
 
     def _add_ground(self) -> Any:
-        return self._scene.add_grid(
-            "/drive/ground", width=GROUND_SIZE, height=GROUND_SIZE, cell_size=0.5, **GRID
-        )
+        if is_plane(self._terrain):
+            return self._scene.add_grid(
+                "/drive/ground",
+                width=GROUND_SIZE,
+                height=GROUND_SIZE,
+                cell_size=0.5,
+                position=(*self._middle.tolist(), self._terrain.level),
+                **GRID,
+            )
+        half = 0.5 * GROUND_SIZE
+        frame = self._scene.add_frame("/drive/ground", show_axes=False)
+        add_terrain(self._scene, "/drive/ground", self._terrain, self._middle - half, self._middle + half)
+        return frame
+
+    def _move_ground(self, place: Array) -> None:
+        """Keeps ground around the robot."""
+        if is_plane(self._terrain):
+            if self.follows:
+                self._ground.position = (*np.round(place).tolist(), self._terrain.level)
+        elif np.abs(place - self._middle).max() > DRAWN_ANEW:
+            self._middle = np.round(place)
+            self._ground.remove()
+            self._ground = self._add_ground()
 
     def _add_forces(self, snapshot: Snapshot) -> None:
         scale = FORCE_LENGTH * self._robot.height / self._robot.weight
@@ -165,20 +193,19 @@ class LiveScene:
         """What is asked for, and the push."""
         colours = linear([rgb(GOAL_COLOUR), rgb(PUSH_COLOUR)])
 
-        def under(s: Snapshot) -> Array:
-            return np.array([*s.state.com_position[:2], self._ground_height + LOW])
-
         def poses(s: Snapshot) -> Any:
             ahead = np.array([s.command.forward, s.command.lateral, 0.0]) * SECONDS_AHEAD
+            place = s.state.com_position
+            ends = on_ground(self._terrain, np.stack([place, place + turn_z(s.state.euler[0]) @ ahead]), LOW)
             push = PUSH_LENGTH * s.pushed
             length = float(np.linalg.norm(push))
-            tail = s.state.com_position - push * (1.0 + PUSH_GAP / max(length, PUSH_GAP))
-            return arrow_poses(np.stack([under(s), tail]), np.stack([turn_z(s.state.euler[0]) @ ahead, push]))
+            tail = place - push * (1.0 + PUSH_GAP / max(length, PUSH_GAP))
+            return arrow_poses(np.stack([ends[0], tail]), np.stack([ends[1] - ends[0], push]))
 
         def arc(s: Snapshot) -> Array:
             angle = np.linspace(0.0, s.command.turn_rate * SECONDS_AHEAD, ARC_PARTS + 1) + s.state.euler[0]
-            around = ARC_RADIUS * np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=1)
-            return np.asarray(around + under(s))
+            around = ARC_RADIUS * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            return on_ground(self._terrain, s.state.com_position[:2] + around, LOW)
 
         def move(s: Snapshot) -> None:
             arrows.move(poses(s))
@@ -194,14 +221,14 @@ class LiveScene:
         rings, faces = shapes.ring()
 
         def lines(s: Snapshot) -> Array:
-            com = s.com_path.copy()  # under the robot: within it nobody would see the path
-            com[:, 2] = self._ground_height
+            com = on_ground(self._terrain, s.com_path, 0.0)  # under the robot: within it nobody would see it
             return np.asarray(np.concatenate([com[None], s.foot_path.transpose(1, 0, 2)]) + UP)
 
         def move(s: Snapshot) -> None:
             rods.move(*_ends(lines(s)))
             places, seen = footholds(s)
-            marks.batched_positions = single(places + UP)
+            marks.batched_positions = single(on_ground(self._terrain, places))
+            marks.batched_wxyzs = single(wxyz(from_z_to(normals(self._terrain, places))))
             marks.batched_scales = single(np.where(seen, 1.0, NOWHERE))
 
         path = self._layer("prediction", move)
@@ -262,7 +289,6 @@ def footholds(snapshot: Snapshot) -> tuple[Array, Array]:
         for number, node in enumerate(landings):
             places[leg, number] = snapshot.foot_path[node + 1, leg]
             seen[leg, number] = True
-    places[..., 2] = snapshot.state.foot_position[:, 2].min()
     return places.reshape(-1, 3), seen.reshape(-1)
 
 
@@ -287,7 +313,7 @@ def clip_of(robot: Robot, snapshot: Snapshot) -> Clip:
     if body is not None:
         parts = (body.base_position, body.base_quaternion, body.joint_position)
         joints = Joints(snapshot.joint_names, *(values[None] for values in parts))
-    return Clip("drive", "drive", robot, samples, 0.0, FRICTION, (), (), "", True, joints)
+    return Clip("drive", "drive", robot, samples, Terrain(), (), (), "", True, joints)
 
 
 def _ends(lines: Array) -> tuple[Array, Array]:

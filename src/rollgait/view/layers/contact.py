@@ -10,8 +10,8 @@ from rollgait.view import shapes
 from rollgait.view.arrows import ArrowPoses, Arrows, arrow_poses
 from rollgait.view.clip import Clip
 from rollgait.view.layers.layer import NOWHERE, Layer, single
-from rollgait.view.layers.paths import ABOVE
-from rollgait.view.rotations import turn_z, wxyz
+from rollgait.view.on_ground import ABOVE, frames, normals
+from rollgait.view.rotations import from_z_to, wxyz
 
 FORCE_LENGTH = 1.7
 """Length of an arrow for the whole weight of the robot, as a share of its height."""
@@ -21,7 +21,6 @@ HEADING_LENGTH, HEADING_WIDTH = 0.3, 0.07
 """m"""
 AROUND = [0, 1, 3, 2]
 """The feet in the order around the robot."""
-_UPRIGHT = np.tile([1.0, 0.0, 0.0, 0.0], (4, 1))
 
 
 class Forces(Layer):
@@ -51,14 +50,16 @@ class Cones(Layer):
     def draw(self) -> None:
         clip = self.clip
         vertices, faces = shapes.cone()
-        radius = clip.friction * CONE_HEIGHT
-        self._size = np.where(clip.samples.contact, 1.0, NOWHERE)
+        place = clip.samples.foot_position
+        shape = CONE_HEIGHT * np.stack([clip.friction, clip.friction, np.ones_like(clip.friction)], axis=-1)
+        self._size = np.where(clip.samples.contact[..., None], shape, NOWHERE)
+        self._turn = wxyz(from_z_to(normals(clip.terrain, place).reshape(-1, 3)).reshape(*place.shape, 3))
         self.cones = self.scene.add_batched_meshes_simple(
             self.at("cones"),
-            vertices * [radius, radius, CONE_HEIGHT],
+            vertices,
             faces,
-            batched_wxyzs=single(_UPRIGHT),
-            batched_positions=single(clip.samples.foot_position[0]),
+            batched_wxyzs=single(self._turn[0]),
+            batched_positions=single(place[0]),
             batched_scales=single(self._size[0]),
             batched_colors=self.look.legs(0.3),
             opacity=0.35,
@@ -69,6 +70,7 @@ class Cones(Layer):
 
     def show(self, index: int) -> None:
         self.cones.batched_positions = single(self.clip.samples.foot_position[index])
+        self.cones.batched_wxyzs = single(self._turn[index])
         self.cones.batched_scales = single(self._size[index])
 
 
@@ -79,7 +81,6 @@ class Support(Layer):
 
     def draw(self) -> None:
         self._corners = _corners(self.clip)
-        self._level = self.clip.ground + ABOVE
         self.area = self.scene.add_mesh_simple(
             self.at("area"),
             single(self._polygon(0)),
@@ -92,8 +93,9 @@ class Support(Layer):
         )
 
     def _polygon(self, index: int) -> Array:
-        feet = self.clip.samples.foot_position[index, self._corners[index]]
-        return np.column_stack([feet[:, :2], np.full(4, self._level)])
+        feet = self.clip.samples.foot_position[index].copy()
+        feet[:, 2] = np.fmax(feet[:, 2], self.clip.foot_ground[index]) + ABOVE  # soft contacts sink in
+        return np.asarray(feet[self._corners[index]])
 
     def show(self, index: int) -> None:
         self.area.vertices = single(self._polygon(index))
@@ -110,7 +112,7 @@ class Headings(Layer):
 
     def draw(self) -> None:
         s = self.clip.samples
-        self._turn = wxyz(turn_z(s.heading))
+        self._turn = wxyz(frames(self.clip.terrain, s.foot_position, s.heading))
         self._at = s.foot_position + np.array([0.0, 0.0, 2 * ABOVE])
         vertices, faces = shapes.flat_arrow(HEADING_LENGTH, HEADING_WIDTH)
         self.arrows = self.scene.add_batched_meshes_simple(

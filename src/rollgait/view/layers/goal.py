@@ -7,8 +7,8 @@ import numpy as np
 from rollgait.plan.samples import Array
 from rollgait.view import shapes
 from rollgait.view.clip import Clip
-from rollgait.view.layers.layer import Layer, segments, single
-from rollgait.view.layers.paths import ABOVE
+from rollgait.view.layers.layer import Layer, single
+from rollgait.view.on_ground import ABOVE, frames, laid_segments, on_ground
 from rollgait.view.rotations import turn_z
 from rollgait.view.style import GOAL_COLOUR, SECOND_COLOUR
 
@@ -35,14 +35,15 @@ class StartAndGoal(Layer):
             self.goals.append((goal.begin, handle))
 
     def _outline(self, name: str, place: Array, yaw: float, colour: str):  # type: ignore[no-untyped-def]
+        terrain = self.clip.terrain
         turned = pad(self.clip) @ turn_z(np.array(yaw))[:2, :2].T + place[:2]
-        points = np.column_stack([turned, np.full(len(turned), self.clip.ground + 3 * ABOVE)])
+        outline = laid_segments(terrain, turned, 3 * ABOVE)
         frame = self.scene.add_frame(self.at(name), show_axes=False)
         self.scene.add_line_segments(
-            self.at(f"{name}/outline"), single(segments(points)), self.look.of(colour), thickness=0.018
+            self.at(f"{name}/outline"), single(outline), self.look.of(colour), thickness=0.018
         )
         arrow, faces = shapes.flat_arrow(0.3, 0.16)
-        arrow = arrow @ turn_z(np.array(yaw)).T + [place[0], place[1], self.clip.ground + 3 * ABOVE]
+        arrow = arrow @ frames(terrain, place[:2], np.array(yaw)).T + on_ground(terrain, place[:2], 3 * ABOVE)
         self.scene.add_mesh_simple(
             self.at(f"{name}/arrow"),
             single(arrow),

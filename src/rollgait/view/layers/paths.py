@@ -8,6 +8,7 @@ from viser import BatchedMeshHandle
 from rollgait.plan.samples import Array
 from rollgait.view import shapes
 from rollgait.view.layers.layer import NOWHERE, Layer, linear, rgb, single
+from rollgait.view.on_ground import ABOVE, normals, on_ground
 from rollgait.view.paths import segments_of
 from rollgait.view.rotations import from_z_to, wxyz
 from rollgait.view.style import BASE_COLOUR, LEG_COLOURS
@@ -16,8 +17,6 @@ COARSE = 2
 """The past grows every so many frames, fifteen times a second: a tenth of the time of drawing."""
 THIN, THICK = 0.009, 0.014
 """Thickness of the future and of the past, m."""
-ABOVE = 0.004
-"""Height over the ground of what lies on it, m: it must not flicker."""
 RING = 0.055
 """Radius of a touch-down, m."""
 FAINT = 0.55
@@ -89,14 +88,13 @@ class Footholds(Layer):
         s = self.clip.samples
         landed = np.vstack([np.ones((1, 4), dtype=bool), ~s.contact[:-1] & s.contact[1:]])
         frame, leg = np.nonzero(landed)
-        place = s.foot_position[frame, leg]
-        place[:, 2] = self.clip.ground + ABOVE
+        place = on_ground(self.clip.terrain, s.foot_position[frame, leg])
         vertices, faces = shapes.ring()
         self.scene.add_batched_meshes_simple(
             self.at("rings"),
             vertices * RING,
             faces,
-            batched_wxyzs=single(np.tile([1.0, 0.0, 0.0, 0.0], (len(leg), 1))),
+            batched_wxyzs=single(wxyz(from_z_to(normals(self.clip.terrain, place)))),
             batched_positions=single(place),
             batched_colors=self.look.legs()[leg],
             side="double",
@@ -124,9 +122,12 @@ class Com(Layer):
             side="double",
             cast_shadow=False,
         )
+        below = self.clip.samples.com_position
+        self._below = on_ground(self.clip.terrain, below, 2 * ABOVE)
+        self._turn = wxyz(from_z_to(normals(self.clip.terrain, below)))
         self.show(0)
 
     def show(self, index: int) -> None:
         x, y, z = self.clip.samples.com_position[index]
         self.ball.position = (x, y, z + 0.1 * self.clip.robot.height)
-        self.disc.position = (x, y, self.clip.ground + 2 * ABOVE)
+        self.disc.position, self.disc.wxyz = self._below[index], self._turn[index]

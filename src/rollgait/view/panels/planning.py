@@ -16,6 +16,7 @@ from rollgait.scenario import Crawl, Pace, Scenario, Trot, Walk, find_scenario, 
 from rollgait.view.clip import Clip
 from rollgait.view.layers.goal import pad
 from rollgait.view.layers.layer import rgb, segments, single
+from rollgait.view.on_ground import heights
 from rollgait.view.panels.diagnosis import DiagnosisPanel
 from rollgait.view.panels.motion import BAD, GOOD
 from rollgait.view.rotations import turn_z, wxyz
@@ -190,7 +191,7 @@ class PlanningPanel:
         x, y, yaw = self.goal.value
         if self.gizmo is None:
             self._add_gizmo()
-        height = self._clip.ground + 0.01
+        height = float(heights(self._clip.terrain, np.array([x, y]))) + 0.01
         self.gizmo.position = (x, y, height)
         self.gizmo.wxyz = wxyz(turn_z(np.radians(yaw)))
 
