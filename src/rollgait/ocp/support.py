@@ -54,7 +54,17 @@ class _Support(Constraint):
         return problem.bound(self.name), np.inf
 
     def holds(self, problem: Problem, place: Place) -> Mask:
-        return one_swings(problem.schedule)
+        """The end of an interval is the node of the next one, but where other feet stand or wheels roll there."""
+        here = one_swings(problem.schedule)
+        if place is not Place.INTERVAL_END or self._reads_wheels(problem):
+            return here
+        contact = problem.schedule.contact
+        changes = np.append((contact[:, 1:] != contact[:, :-1]).any(axis=0), True)
+        return np.asarray(here & changes)
+
+    def _reads_wheels(self, problem: Problem) -> bool:
+        """Whether the point depends on the speeds of wheels, which jump from one interval to the next."""
+        return False
 
     def expression(self, x: Instant, d: Data) -> ca.SX:
         feet = ca.horzcat(*(foot.p[:2] for foot in x.feet))
@@ -80,15 +90,6 @@ class ComMargin(_Support):
     sentence = "the CoM would have to come nearer to the edge of the feet that stand, or leave them"
     curvature = 1.0  # m/s²: of a CoM that turns back at an edge; the judge's tolerance covers 0.8 more
 
-    def holds(self, problem: Problem, place: Place) -> Mask:
-        """The end of an interval is the node of the next one, but where other feet stand there."""
-        here = one_swings(problem.schedule)
-        if place is not Place.INTERVAL_END:
-            return here
-        contact = problem.schedule.contact
-        changes = np.append((contact[:, 1:] != contact[:, :-1]).any(axis=0), True)
-        return np.asarray(here & changes)
-
     def point(self, x: Instant, d: Data) -> ca.SX:
         return x.r[:2]
 
@@ -103,6 +104,9 @@ class CaptureMargin(_Support):
     name = "capture_margin"
     sentence = "the CoM would have to move too fast to come to rest over the feet that stand"
     curvature = 1.0  # m/s²: the CoM's own; its velocity changes evenly within an interval
+
+    def _reads_wheels(self, problem: Problem) -> bool:
+        return any(leg.foot != "point" for leg in problem.robot.leg_list)
 
     def point(self, x: Instant, d: Data) -> ca.SX:
         stands = ca.sum2(ca.reshape(d.corners, len(LEG_NAMES), CORNERS)) / CORNERS
