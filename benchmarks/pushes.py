@@ -3,9 +3,9 @@
     python benchmarks/pushes.py [--force 50 200] [--runs 15] [--seed 0] [--quick]
 
 The motions with swings are planned with one `bounds.capture_margin` after another, and executed by the whole
-body with feedback, each time pushed once: at a random moment of its motion and in a random direction, the same
-ones for every margin. Prints Markdown and keeps it in docs/benchmarks.md: falls, and worst errors of the runs
-that did not fall.
+body with feedback, each time pushed once: at a random moment of its motion and in a random direction, the
+same ones for every margin. Prints Markdown and keeps it in docs/benchmarks.md: falls, and worst errors of the
+runs that did not fall.
 """
 
 from __future__ import annotations

@@ -67,7 +67,7 @@ def moved(n: Numbers, angle: float, shift: Array) -> Numbers:
         r=R @ n.r + shift,
         dr=R @ n.dr,
         p=n.p @ R.T + shift,
-        theta=n.theta + [angle, 0.0, 0.0],
+        theta=n.theta + np.array([angle, 0.0, 0.0]),
         sigma=n.sigma + angle,
     )
 

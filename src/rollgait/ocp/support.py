@@ -54,7 +54,7 @@ class _Support(Constraint):
         return problem.bound(self.name), np.inf
 
     def holds(self, problem: Problem, place: Place) -> Mask:
-        """The end of an interval is the node of the next one, but where other feet stand or wheels roll there."""
+        """The end of an interval is the node after it, but where other feet stand there or wheels roll."""
         here = one_swings(problem.schedule)
         if place is not Place.INTERVAL_END or self._reads_wheels(problem):
             return here

@@ -96,7 +96,7 @@ class Bounds(Config):
     """End with θ̇ = 0 and pitch = roll = 0 (executable)."""
     com_margin: SupportMargin | None = by_profile(executable=0.01)
     """How far inside the feet that stand the CoM stays while one of four swings, m (executable)."""
-    capture_margin: SupportMargin | None = by_profile(executable=0.0)
+    capture_margin: SupportMargin | None = by_profile(executable=-0.03)
     """The same for the capture point: where the CoM would come to rest over these feet, m (executable)."""
     without: tuple[str, ...] = ()
     """Names of terms to leave out of the problem."""
