@@ -284,7 +284,7 @@ def test_a_margin_of_the_com_that_cannot_be_kept_is_named_and_made_smaller() -> 
     assert terms(diagnosis) == {"com_margin"}
     (reason,) = diagnosis.reasons
     assert (reason.leg, reason.unit) == (None, "m")
-    assert 0.9 <= reason.begin
+    assert reason.begin >= 0.9
     assert reason.end <= 2.1
     assert "feet that stand" in reason.description
     assert "bounds.com_margin" in keys(diagnosis)

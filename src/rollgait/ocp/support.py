@@ -11,20 +11,18 @@ the support is that of the feet seen from above.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Final, Self
+from typing import Final, Self
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Instant
 from rollgait.ocp.term import Constraint, Data, Limits, Mask, Place
 from rollgait.robot.robot import GRAVITY, LEG_NAMES
-
-if TYPE_CHECKING:
-    from rollgait.ocp.problem import Problem
-    from rollgait.scenario.scenario import Scenario
-    from rollgait.scenario.schedule import ContactSchedule
+from rollgait.scenario.scenario import Scenario
+from rollgait.scenario.schedule import ContactSchedule
 
 Array = NDArray[np.float64]
 
@@ -47,13 +45,13 @@ class _Support(Constraint):
     def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
         return () if scenario.value_of("bounds", cls.name) is None else (cls(),)
 
-    def data(self, problem: Problem) -> Mapping[str, ArrayLike]:
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         return {"corners": corners(problem.schedule)}
 
-    def limits(self, problem: Problem) -> Limits:
+    def limits(self, problem: PlanContext) -> Limits:
         return problem.bound(self.name), np.inf
 
-    def holds(self, problem: Problem, place: Place) -> Mask:
+    def holds(self, problem: PlanContext, place: Place) -> Mask:
         """The end of an interval is the node after it, but where other feet stand there or wheels roll."""
         here = one_swings(problem.schedule)
         if place is not Place.INTERVAL_END or self._reads_wheels(problem):
@@ -62,7 +60,7 @@ class _Support(Constraint):
         changes = np.append((contact[:, 1:] != contact[:, :-1]).any(axis=0), True)
         return np.asarray(here & changes)
 
-    def _reads_wheels(self, problem: Problem) -> bool:
+    def _reads_wheels(self, problem: PlanContext) -> bool:
         """Whether the point depends on the speeds of wheels, which jump from one interval to the next."""
         return False
 
@@ -105,7 +103,7 @@ class CaptureMargin(_Support):
     sentence = "the CoM would have to move too fast to come to rest over the feet that stand"
     curvature = 1.0  # m/s²: the CoM's own; its velocity changes evenly within an interval
 
-    def _reads_wheels(self, problem: Problem) -> bool:
+    def _reads_wheels(self, problem: PlanContext) -> bool:
         return any(leg.foot != "point" for leg in problem.robot.leg_list)
 
     def point(self, x: Instant, d: Data) -> ca.SX:
