@@ -89,7 +89,8 @@ def test_box_too_small_for_the_stride() -> None:
         goal={"x": 0.3},
         horizon=6.0,
         gait={"kind": "crawl", "steps": 4, "wheels": "locked"},
-        bounds={"box": [0.03, 0.03, 0.1]},
+        # so small a box leaves the CoM no room to shift either, and that would be reason enough
+        bounds={"box": [0.03, 0.03, 0.1], "without": ["com_margin", "capture_margin"]},
     )
     diagnosis = rg.diagnose(asked, seconds=PATIENT)
     assert terms(diagnosis) == {"box"}
@@ -273,3 +274,18 @@ def test_what_was_tried_in_vain_is_named() -> None:
         "  a finer mesh",
         "  more initial guesses: 5",
     ]
+
+
+def test_a_margin_of_the_com_that_cannot_be_kept_is_named_and_made_smaller() -> None:
+    """A triangle of feet is not wide enough for it."""
+    crawl = {"kind": "schedule", "FL": [[1.0, 2.0]]}
+    asked = scenario(gait=crawl, bounds={"com_margin": 0.4})
+    diagnosis = rg.diagnose(asked, seconds=PATIENT)
+    assert terms(diagnosis) == {"com_margin"}
+    (reason,) = diagnosis.reasons
+    assert (reason.leg, reason.unit) == (None, "m")
+    assert reason.begin >= 0.9
+    assert reason.end <= 2.1
+    assert "feet that stand" in reason.description
+    assert "bounds.com_margin" in keys(diagnosis)
+    assert_helps(asked, next(s for s in diagnosis.suggestions if "bounds.com_margin" in s.change))

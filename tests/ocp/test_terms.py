@@ -122,6 +122,7 @@ def test_the_paper_has_its_terms_and_no_others() -> None:
     assert executable - paper == {
         *(set(PROFILES["executable"]["weights"]) - set(PROFILES["paper"]["weights"])),
         *("joint_steering", "reach", "acceleration", "touchdown_speed", "level_at_end"),
+        *("com_margin", "capture_margin"),
     }
     assert paper - executable == {"steering"}, "a range of σ − θz, in place of the joints behind it"
 
@@ -147,6 +148,8 @@ def test_a_bound_switches_a_constraint_off(bounds: dict[str, Any], gone: str) ->
         ({"level_at_end": True}, "level_at_end"),
         ({"joint_steering": True}, "joint_steering"),
         ({"reach": True}, "reach"),
+        ({"com_margin": 0.0}, "com_margin"),
+        ({"capture_margin": -0.02}, "capture_margin"),
     ],
 )
 def test_a_bound_switches_a_constraint_on(bounds: dict[str, Any], new: str) -> None:

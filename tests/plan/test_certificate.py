@@ -125,6 +125,16 @@ SPOILT: dict[str, list[Callable[[], Plan]]] = {
         lambda: b.asked(drive(), bounds__force_max=200.0),
         lambda: b.spoilt(drive(), "force", (5, HR, 2), 1500.0),
     ],
+    "com_margin": [
+        lambda: b.asked(step(), bounds__com_margin=0.04),
+        lambda: b.spoilt(step(), "base", np.s_[5:15, :, 0], -0.04),
+        lambda: b.spoilt(step(), "base", np.s_[7, 3, 0], -0.04),
+    ],
+    "capture_margin": [
+        lambda: b.asked(step(), bounds__capture_margin=0.04),
+        lambda: b.spoilt(step(), "base_rate", np.s_[5:15, :, 0], -0.2),
+        lambda: b.spoilt(step(), "foot_xy", np.s_[7, 1:, [FL, FR, HR], 0], 0.02),
+    ],
     "swing_force": [lambda: b.spoilt(step(), "force", (7, HL, 1), 1.0)],
     "box_margin": [
         lambda: b.asked(step(), bounds__box=[0.2, 0.2, 0.07]),
@@ -245,6 +255,8 @@ def test_upside_down_and_at_90_degrees_of_pitch_is_judged() -> None:
 
 PAPER_LEAVES_OUT = {
     "touchdown_speed",
+    "com_margin",
+    "capture_margin",
     "acceleration",
     "swing_acceleration",
     "hip_yaw_margin",
@@ -283,6 +295,8 @@ def test_what_is_not_promised_does_not_count() -> None:
         ("terminal_goal", {"goal_distance", "goal_yaw"}),
         ("stance_height", {"stance_height"}),
         ("swing_speed", {"swing_speed_margin"}),
+        ("com_margin", {"com_margin"}),
+        ("capture_margin", {"capture_margin"}),
     ],
 )
 def test_a_term_that_is_left_out_promises_nothing(term: str, rows: set[str]) -> None:

@@ -274,6 +274,17 @@ def _joint_margin(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, C
         yield text, {"bounds.joint_margin_deg": value}
 
 
+def _support_margin(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]:
+    """A smaller distance from the edges of the support, of CoM or capture point; negative is outside."""
+    (name,) = {item.origin.label.term for item in finding.missed}
+    own = scenario.value_of("bounds", name)
+    what = "CoM" if name == "com_margin" else "capture point"
+    for strength in STRONGER:
+        value = math.floor(1e3 * (own - strength * MARGIN * _worst(finding))) / 1e3
+        text = f"a smaller margin of the {what} in swings: {value:g} m instead of {own:g} m"
+        yield text, {f"bounds.{name}": value}
+
+
 def _level(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]:
     yield "an end that need not be level", {"bounds.level_at_end": False}
 
@@ -281,6 +292,8 @@ def _level(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]
 _LIMITS: Mapping[str, Callable[[Scenario, Finding], Iterator[tuple[str, Change]]]] = {
     "acceleration": _acceleration,
     "box": _box,
+    "capture_margin": _support_margin,
+    "com_margin": _support_margin,
     "force_limits": _force,
     "friction": _friction,
     "joint_steering": _joint_margin,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rollgait.angles import turned
 from rollgait.errors import InputError, UnknownNameError
 from rollgait.footing.footing import Footing
-from rollgait.ocp import boundary, contact, costs, friction, limb, limits
+from rollgait.ocp import boundary, contact, costs, friction, limb, limits, support
 from rollgait.ocp.lift import lift
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
 from rollgait.polynomials import HEIGHT_POINTS, gauss_points
@@ -210,6 +210,8 @@ ALL_CONSTRAINTS: tuple[type[Constraint] | type[FootConstraint], ...] = (
     limits.Acceleration,
     contact.TouchdownSpeed,
     boundary.LevelAtEnd,
+    support.ComMargin,
+    support.CaptureMargin,
 )
 
 

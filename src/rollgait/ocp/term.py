@@ -158,6 +158,8 @@ class Constraint(SelfDescribing, ABC):
         unit: of the expression, for messages: m, rad, N, m/s, …
         by_weight: whether the solver sees it divided by the robot's weight: what is in newtons must be about
             1.
+        curvature: its second derivative in time, in unit/s², that must be reckoned with between nodes: where
+            a transcription demands the constraint at nodes only, it is tightened by curvature · h² / 8.
         structure: what its expression depends on besides `data`; see `Cost`.
     """
 
@@ -167,6 +169,7 @@ class Constraint(SelfDescribing, ABC):
     upper: float = np.inf
     unit: ClassVar[str] = ""
     by_weight: ClassVar[bool] = False
+    curvature: ClassVar[float] = 0.0
     structure: tuple[Hashable, ...] = ()
 
     def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
@@ -191,8 +194,6 @@ class FootConstraint(SelfDescribing, ABC):
 
     Attributes: as of `Constraint`, and
         phase: in which phase of the foot it holds.
-        curvature: its second derivative in time, in unit/s², that must be reckoned with between nodes: where
-            a transcription demands the constraint at nodes only, it is tightened by curvature · h² / 8.
     """
 
     name: ClassVar[str]

@@ -23,6 +23,7 @@ def by_profile(paper: Any = None, executable: Any = UNSET) -> Any:
 
 
 Margin = Annotated[Number, Field(ge=0.0, le=45.0)]
+SupportMargin = Annotated[Number, Field(ge=-1.0, le=1.0)]
 
 
 class Weights(Config):
@@ -93,5 +94,9 @@ class Bounds(Config):
     """Keep the leg's extension within its limits (executable)."""
     level_at_end: Flag | None = by_profile(executable=True)
     """End with θ̇ = 0 and pitch = roll = 0 (executable)."""
+    com_margin: SupportMargin | None = by_profile(executable=0.01)
+    """How far inside the feet that stand the CoM stays while one of four swings, m (executable)."""
+    capture_margin: SupportMargin | None = by_profile(executable=-0.03)
+    """The same for the capture point: where the CoM would come to rest over these feet, m (executable)."""
     without: tuple[str, ...] = ()
     """Names of terms to leave out of the problem."""

@@ -164,14 +164,16 @@ class _Filling:
         term, problem = use.term, self._problem
         assert not isinstance(term, Cost)
         if isinstance(term, Constraint):
-            return RowNumbers(*term.limits(problem), term.holds(problem, place))
-        assert isinstance(term, FootConstraint)
-        assert use.leg is not None
-        low, high = (np.asarray(limit, dtype=float) for limit in term.limits(problem, use.leg))
+            limits, holds = term.limits(problem), term.holds(problem, place)
+        else:
+            assert isinstance(term, FootConstraint)
+            assert use.leg is not None
+            limits, holds = term.limits(problem, use.leg), term.holds(problem, place, use.leg)
+        low, high = (np.asarray(limit, dtype=float) for limit in limits)
         bulge = self._bulge(term) if self._recipe.only_at_nodes and term.curvature else 0.0
-        return RowNumbers(low + bulge, high - bulge, term.holds(problem, place, use.leg))
+        return RowNumbers(low + bulge, high - bulge, holds)
 
-    def _bulge(self, term: FootConstraint) -> Array:
+    def _bulge(self, term: Constraint | FootConstraint) -> Array:
         """By how much a constraint may be missed beside its nodes, (1, N): in the longer interval of both."""
         mesh = self._problem.schedule.mesh
         longest = np.maximum(mesh.lengths_before, mesh.lengths)

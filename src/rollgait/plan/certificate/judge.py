@@ -22,12 +22,14 @@ from rollgait.plan.certificate.limits import (
 )
 from rollgait.plan.certificate.motion import DenseMotion
 from rollgait.plan.certificate.rows import Certificate, Row, measured
+from rollgait.plan.certificate.support import check_support
 
 CHECKS: tuple[Callable[[Case], Iterator[Row]], ...] = (
     check_defects,
     check_stance,
     check_swing,
     check_forces,
+    check_support,
     check_box,
     check_steering,
     check_speeds,
