@@ -7,11 +7,11 @@ from typing import Self
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from rollgait.ocp.context import PlanContext
+from rollgait.ocp.context import Context, PlanContext
 from rollgait.ocp.instant import Foot, Instant
-from rollgait.ocp.limb import JointSteering
+from rollgait.ocp.limb import JointSteering, Reach
 from rollgait.ocp.term import INPUT, Data, FootConstraint, Limits, Mask, Phase, Place
 from rollgait.scenario.scenario import Scenario
 
@@ -19,7 +19,8 @@ from rollgait.scenario.scenario import Scenario
 class Box(FootConstraint):
     """|Rzᵀ (p_i − r) − p̄_i| ≤ b, componentwise; `full_rotation` uses R(θ) in place of Rz.
 
-    On ground that is not flat the frame is tilted as the ground asks for (`Body.R_world_feet`).
+    On ground that is not flat the frame is tilted as the ground asks for (`Body.R_world_feet`), and how high a
+    foot may be lifted says the reach of its leg where that is known: a box would forbid a high step.
     """
 
     name = "box"
@@ -36,12 +37,19 @@ class Box(FootConstraint):
         return (cls(scenario.bounds.full_rotation),)
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
-        b = np.array(problem.bound("box") or problem.robot.box)[:, None]
+        b = half_sizes(problem)
+        if not problem.footing.is_flat and Reach().applies(problem, leg) and problem.bound(Reach.name):
+            b[2] = np.inf
         return -b, b
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         p_body = x.R_world_base.T @ (foot.p - x.r) if self.full_rotation else foot.p_body
         return p_body - x.body.stance[:, foot.index]
+
+
+def half_sizes(context: Context) -> NDArray[np.float64]:
+    """b, half the sizes of the box, (3, 1), m."""
+    return np.array(context.bound("box") or context.robot.box)[:, None]
 
 
 class Steering(FootConstraint):

@@ -20,7 +20,7 @@ from rollgait.ocp.context import PlanContext
 from rollgait.ocp.costs import Acceleration, Tilt
 from rollgait.ocp.instant import Instant
 from rollgait.ocp.limb import JointSteering, Reach
-from rollgait.ocp.limits import Box
+from rollgait.ocp.limits import Box, half_sizes
 from rollgait.ocp.term import Constraint, Cost, Data, FootConstraint, Limits, Place, Term
 from rollgait.robot.robot import LEG_NAMES
 
@@ -171,8 +171,8 @@ class BoxInPlane(Box):
     """The box in the ground plane: heights are known."""
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
-        low, high = super().limits(problem, leg)
-        return np.asarray(low)[:2], np.asarray(high)[:2]
+        b = half_sizes(problem)[:2]
+        return -b, b
 
     def expression(self, x: Instant, foot: Any, d: Data) -> ca.SX:
         return ca.SX(super().expression(x, foot, d)[:2])
