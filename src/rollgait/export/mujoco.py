@@ -59,16 +59,10 @@ def write_mujoco(motion: Motion, path: Path, rate: float) -> Path:
 def _ground(s: Sampled) -> list[ET.Element]:
     """The ground as MuJoCo has it in our own simulations: its assets and its geoms."""
     try:
-        import mujoco
+        from rollgait.simulation.ground_xml import ground_xml
     except ImportError:
         raise MissingExtraError("an export to mujoco", "whole-body") from None
-    from rollgait.simulation.ground_bodies import add_terrain
-
-    spec = mujoco.MjSpec()
-    add_terrain(spec, s.terrain, s.base_position[0, :2], s.terrain.friction, visual=False)
-    spec.compile()
-    parts = ET.fromstring(spec.to_xml())
-    return [part for part in parts if part.tag in ("asset", "worldbody")]
+    return ground_xml(s.terrain, s.base_position[0, :2])
 
 
 def depth_first(urdf: Urdf) -> list[str]:

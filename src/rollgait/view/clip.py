@@ -16,6 +16,7 @@ from rollgait.simulation.log import SimulationLog
 from rollgait.terrain import Terrain
 from rollgait.tracking import JointTrajectory
 from rollgait.view.marks import Mark, marks_of_joints, marks_of_log, marks_of_plan
+from rollgait.view.motion import goal_poses
 
 FRAME_RATE: Final = 30.0
 """Frames per second of the viewer and of recordings."""
@@ -128,7 +129,7 @@ def clip_of_plan(plan: Plan, name: str) -> Clip:
     """A plan, with the marks of its certificate."""
     scenario, certificate = plan.scenario, plan.certificate()
     begins = [0.0, *(later.at for later in scenario.goal.then)]
-    poses = scenario.goal_at(np.array(begins))
+    poses = goal_poses(scenario, np.array(begins))
     if not plan.solved:
         verdict = "not solved"
     elif certificate.passed:
