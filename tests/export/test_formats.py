@@ -6,6 +6,7 @@ import json
 import sqlite3
 import xml.etree.ElementTree as ET
 from collections import defaultdict
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from rollgait.plan.plan import Plan
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario import find_scenario
 from rollgait.terrain import Terrain
+from tests.hostile.motions import joints
 from tests.terrain.surface import away_from_edges, seen_from_above
 from tests.view.builders import motion_plan, plan_on
 
@@ -187,21 +189,46 @@ def test_mujoco_reads_every_joint_by_its_name(tmp_path: Path) -> None:
     from rollgait.tracking import track
 
     scenario = find_scenario("wheeled").with_values({"horizon": 1.0, "goal": {"x": 0.1}})
-    joints = track(motion_plan(scenario), 20.0, force=True)
-    file = write(joints, tmp_path / "keys.xml", "mujoco", 20.0)
-    model = build_world(find_whole_body(joints.robot), joints.joint_names).model
+    tracked = track(motion_plan(scenario), 20.0, force=True)
+    file = write(tracked, tmp_path / "keys.xml", "mujoco", 20.0)
+    model = build_world(find_whole_body(tracked.robot), tracked.joint_names).model
     keys = ET.parse(file).getroot().findall("keyframe/key")
-    assert len(keys) == len(joints.time)
+    assert len(keys) == len(tracked.time)
     for index, key in enumerate(keys):
         qpos, qvel = (np.array(key.get(name, "").split(), dtype=float) for name in ("qpos", "qvel"))
-        assert float(key.get("time", "")) == pytest.approx(joints.time[index])
+        assert float(key.get("time", "")) == pytest.approx(tracked.time[index])
         assert (len(qpos), len(qvel)) == (model.nq, model.nv)
-        np.testing.assert_allclose(qpos[:3], joints.base_position[index], rtol=1e-7)
-        for column, name in enumerate(joints.joint_names):
+        np.testing.assert_allclose(qpos[:3], tracked.base_position[index], rtol=1e-7)
+        for column, name in enumerate(tracked.joint_names):
             number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
             place, rate = model.jnt_qposadr[number], model.jnt_dofadr[number]
-            assert qpos[place] == pytest.approx(joints.joint_position[index, column], abs=1e-7)
-            assert qvel[rate] == pytest.approx(joints.joint_velocity[index, column], abs=1e-7)
+            assert qpos[place] == pytest.approx(tracked.joint_position[index, column], abs=1e-7)
+            assert qvel[rate] == pytest.approx(tracked.joint_velocity[index, column], abs=1e-7)
+
+
+@pytest.mark.parametrize("kind", ["stairs", "map"])
+def test_mujoco_stands_on_the_ground(kind: str, tmp_path: Path) -> None:
+    mujoco = pytest.importorskip("mujoco", reason="the extra 'whole-body' is not installed")
+    rng = np.random.default_rng(1)
+    hills = Terrain.from_map(0.05 * rng.random((50, 30)), 0.1, (-2.0, -1.5))
+    terrain = STAIRS if kind == "stairs" else hills
+    moved = joints()
+    file = write(replace(moved, terrain=terrain), tmp_path / "keys.xml", "mujoco", 10.0)
+    body = '<body><freejoint/><geom size="0.1"/></body>'  # which has none of the joints by hand
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><include file="keys.xml"/><worldbody>{body}</worldbody></mujoco>',
+        {"keys.xml": file.read_bytes()},
+    )
+    np.testing.assert_allclose(model.key_qpos[-1, :3], moved.base_position[-1], atol=1e-6)
+    data = mujoco.MjData(model)
+    data.qpos[:3] = [0.0, 0.0, 50.0]
+    mujoco.mj_forward(model, data)
+    nodes = None if terrain.map is None else terrain.map.nodes()[1:-1, 1:-1].reshape(-1, 2)
+    points = rng.uniform([-1.0, -1.0], [2.0, 1.0], (100, 2)) if nodes is None else nodes[::7]
+    for x, y in points:
+        hit = np.zeros(1, dtype=np.int32)
+        way = mujoco.mj_ray(model, data, [x, y, 5.0], [0.0, 0.0, -1.0], None, 1, -1, hit)
+        assert 5.0 - way == pytest.approx(float(terrain.height(x, y)), abs=2e-5)
 
 
 def test_plans_have_no_keyframes_and_joints_no_columns(tmp_path: Path) -> None:

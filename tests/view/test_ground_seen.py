@@ -21,6 +21,7 @@ from rollgait.view.camera import Camera
 from rollgait.view.clip import clip_of_plan
 from rollgait.view.figures import figure
 from rollgait.view.layers.ground import add_terrain
+from rollgait.view.motion import goal_poses
 from rollgait.view.on_ground import ABOVE, frames, grid_lines, laid_segments, normals
 from rollgait.view.paths import TOLERANCE
 from rollgait.view.shapes import ball
@@ -118,6 +119,16 @@ def test_the_profile_shows_the_ground_under_each_foot() -> None:
         assert len(path.get_xdata()) == len(stands.get_xdata())
         assert np.isnan(np.asarray(stands.get_ydata())).any()
         assert axes.get_ylabel().endswith("z (m)")
+
+
+def test_goals_are_as_high_and_tilted_as_their_ground() -> None:
+    slope = np.radians(10.0)
+    ramp = Terrain.from_parts([{"kind": "ramp", "x": 0.0, "length": 9.0, "slope_deg": 10.0}])
+    (far,) = goal_poses(plan_on(ramp, PLAN).scenario, np.array([PLAN.horizon]))
+    (flat,) = goal_poses(PLAN.scenario, np.array([PLAN.horizon]))
+    np.testing.assert_allclose(far[[0, 1, 3]], flat[[0, 1, 3]])
+    assert far[2] - flat[2] == pytest.approx(np.tan(slope) * far[0], abs=0.03)
+    assert -slope < far[4] < -0.4 * slope
 
 
 @pytest.mark.parametrize("name", ["top", "paths", "forces"])

@@ -121,8 +121,7 @@ def terrain_of(motion: Motion) -> Terrain:
     """The ground of a motion; of joints that do not say theirs a plane under their feet."""
     if isinstance(motion, Plan):
         return motion.scenario.terrain
-    carried: Terrain | None = getattr(motion, "terrain", None)
-    return carried or Terrain(float(motion.reference.foot_position[..., 2].min()))
+    return motion.terrain or Terrain(float(motion.reference.foot_position[..., 2].min()))
 
 
 def wheel_angle(s: Samples, robot: Robot) -> Array:

@@ -1,7 +1,8 @@
-"""Joints as keyframes of MuJoCo: an XML file to be included in a model of the robot with a free base.
+"""Joints as keyframes of MuJoCo, with the ground: an XML file to be included in a model of the robot.
 
-One `key` per sample with `time`, `qpos` and `qvel`. The order is that of MuJoCo's own reading of the URDF:
-the free joint, then the joints from the root outwards, depth first.
+The robot has a free base and no ground of its own. One `key` per sample with `time`, `qpos` and `qvel`. The
+order is that of MuJoCo's own reading of the URDF: the free joint, then the joints from the root outwards,
+depth first.
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from rollgait.errors import InputError
-from rollgait.export.motion import Motion, sampled
+from rollgait.errors import InputError, MissingExtraError
+from rollgait.export.motion import Motion, Sampled, sampled
 from rollgait.files import replacing
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array
@@ -27,6 +28,7 @@ def write_mujoco(motion: Motion, path: Path, rate: float) -> Path:
 
     Raises:
         InputError: the motion is a plan, which has no joints.
+        MissingExtraError: the extra `whole-body` is not installed.
     """
     if isinstance(motion, Plan):
         raise InputError("format", "mujoco", "needs joints: track the plan first, then export its joints")
@@ -37,6 +39,7 @@ def write_mujoco(motion: Motion, path: Path, rate: float) -> Path:
     base_velocity = _base_velocity(motion, s.time)
     qvel = np.column_stack([base_velocity, s.joint_velocity[:, order]])
     root = ET.Element("mujocoinclude")
+    root.extend(_ground(s))
     frames = ET.SubElement(root, "keyframe")
     for k, time in enumerate(s.time):
         ET.SubElement(
@@ -51,6 +54,15 @@ def write_mujoco(motion: Motion, path: Path, rate: float) -> Path:
     with replacing(path) as temporary:
         ET.ElementTree(root).write(temporary, encoding="utf-8", xml_declaration=True)
     return path
+
+
+def _ground(s: Sampled) -> list[ET.Element]:
+    """The ground as MuJoCo has it in our own simulations: its assets and its geoms."""
+    try:
+        from rollgait.simulation.ground_xml import ground_xml
+    except ImportError:
+        raise MissingExtraError("an export to mujoco", "whole-body") from None
+    return ground_xml(s.terrain, s.base_position[0, :2])
 
 
 def depth_first(urdf: Urdf) -> list[str]:

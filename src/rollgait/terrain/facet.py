@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Final
@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.terrain.polygons import Array, contains, subtract
+from rollgait.terrain.polygons import Array, clip, contains, subtract
 
 FAR: Final = 1000.0
 """Half the side of the square that holds all planar ground, m: a plane "without end" ends here."""
@@ -67,6 +67,24 @@ def square(height: float, friction: float) -> Facet:
     """The horizontal plane that all parts lie on."""
     corners = FAR * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     return Facet(corners, height, np.zeros(2), friction)
+
+
+def bands(facet: Facet, count: int) -> Iterator[Facet]:
+    """An inclined piece cut across its slope into strips of equal rise; a level one as it is."""
+    steepness = float(np.linalg.norm(facet.slope))
+    z = facet.z(facet.polygon)
+    if steepness * count <= COPLANAR or count == 1:
+        yield facet
+        return
+    uphill = facet.slope / steepness
+    lowest = facet.polygon[z.argmin()]
+    width = float(np.ptp(z)) / steepness / count
+    for k in range(count):
+        strip = clip(facet.polygon, lowest + k * width * uphill, uphill) if k else facet.polygon
+        if strip is not None and k < count - 1:
+            strip = clip(strip, lowest + (k + 1) * width * uphill, -uphill)
+        if strip is not None:
+            yield replace(facet, polygon=strip)
 
 
 def visible(facets: Sequence[Facet]) -> tuple[Facet, ...]:

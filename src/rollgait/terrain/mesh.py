@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rollgait.terrain.edges import borders, cuts
-from rollgait.terrain.facet import Facet
+from rollgait.terrain.facet import Facet, bands
 from rollgait.terrain.height_map import HeightMap
 from rollgait.terrain.polygons import Array, clip, contains, edges, inward, subtract
 from rollgait.terrain.relief import face_colours
@@ -24,6 +24,8 @@ MESH_CELLS: Final = 20_000
 """Most cells of a map that become triangles: what a browser loads at once, and more than a screen shows."""
 AROUND: Final = 1.0
 """Ground shown around a motion, m."""
+BANDS: Final = 16
+"""Strips of an inclined plane: each has one colour."""
 BESIDE: Final = 1.0e-6
 """So far beside the edge of a part one asks what is there, m."""
 
@@ -66,7 +68,8 @@ def mesh_of(terrain: Terrain, low: ArrayLike, high: ArrayLike, cells: int = MESH
     window = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
     planes = within(terrain.planes, *window)
     grid = None if terrain.map is None else _Grid.of(terrain.map, terrain.level, window, cells)
-    triangles = [*_tops(planes), *_walls_between(planes)]
+    strips = [strip for plane in planes for strip in bands(plane, BANDS)]
+    triangles = [*_tops(strips), *_walls_between(planes)]
     if grid is not None:
         triangles += [*_uncovered(grid, planes), *_walls_to(grid, planes)]
     corners = np.concatenate([np.zeros((0, 3, 3)), *triangles])

@@ -34,7 +34,7 @@ def face_colours(corners: Array, level: float | None) -> NDArray[np.uint8]:
     """
     if not len(corners):
         return np.zeros((0, 3), dtype=np.uint8)
-    height = corners[..., 2].max(axis=1)
+    height = corners[..., 2].max(axis=1)  # walls have the colour of what they carry
     height = height - (np.median(height) if level is None else level)
     share = np.zeros_like(height)
     for sign in (1.0, -1.0):

@@ -17,6 +17,7 @@ from rollgait.npz import Layout
 from rollgait.plan.samples import SAMPLES_LAYOUT, Samples
 from rollgait.robot.robot import Robot
 from rollgait.series import check_numbers, check_quaternions, check_times
+from rollgait.terrain.terrain import Terrain, TerrainHeader, terrain_layout
 from rollgait.tracking.report import TrackingReport
 
 Array = NDArray[np.float64]
@@ -25,6 +26,7 @@ INTERVAL_BEFORE: Final = 0.1
 """Interval of the plan, s, where a file does not say it: what all were smoothed by when files did not."""
 
 _REFERENCE = "reference/"
+_TERRAIN = "terrain/"
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,7 @@ class JointTrajectory:
         robot: the planner's robot.
         interval: the longest interval of the plan, s: within one, speeds and forces are constant.
         report: how well it follows the plan.
+        terrain: the ground of the plan; None where a file does not say it.
     """
 
     time: Array
@@ -59,10 +62,11 @@ class JointTrajectory:
     robot: Robot
     interval: float
     report: TrackingReport
+    terrain: Terrain | None = None
 
     def save(self, path: str | Path) -> Path:
         """Writes one .npz file (the suffix is added if it is missing); returns its path."""
-        header = {
+        header: dict[str, Any] = {
             "joint_names": list(self.joint_names),
             "robot": self.robot.model_dump(mode="json"),
             "interval": self.interval,
@@ -70,6 +74,9 @@ class JointTrajectory:
         }
         arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {_REFERENCE + f.name: getattr(self.reference, f.name) for f in fields(Samples)}
+        if self.terrain is not None:
+            header["terrain"] = self.terrain.to_dict()
+            arrays |= {_TERRAIN + name: array for name, array in self.terrain.arrays().items()}
         return _FILE.write(path, header, arrays)
 
     @classmethod
@@ -82,10 +89,13 @@ class JointTrajectory:
         header, arrays = _FILE.read(path)
         with _FILE.damage_told(path):
             check_times(arrays["time"])
-            check_numbers(arrays, arrays)
+            check_numbers(arrays, [name for name in arrays if not name.startswith(_TERRAIN)])
             check_quaternions("base_quaternion", arrays["base_quaternion"])
             if not np.array_equal(arrays["time"], arrays[_REFERENCE + "time"]):
                 raise InputError("reference/time", MISSING, "must be the times of the joints")
+            heights = {name: arrays[_TERRAIN + name] for name in _ground_layout(header)}
+            said = header.terrain
+            terrain = None if said is None else Terrain.from_dict(said.model_dump(mode="json"), heights)
         return cls(
             **{key: arrays[key] for key in _ARRAYS},
             joint_names=header.joint_names,
@@ -93,6 +103,7 @@ class JointTrajectory:
             robot=header.robot,
             interval=header.interval,
             report=header.report,
+            terrain=terrain,
         )
 
 
@@ -103,6 +114,7 @@ class _Header(BaseModel):
     robot: Robot
     interval: Positive = INTERVAL_BEFORE
     report: TrackingReport
+    terrain: TerrainHeader | None = None
 
 
 _ARRAYS = (
@@ -116,6 +128,11 @@ _ARRAYS = (
 )
 
 
+def _ground_layout(header: _Header) -> Layout:
+    """The arrays of its ground."""
+    return {} if header.terrain is None else terrain_layout(header.terrain)
+
+
 def _layout(header: _Header) -> Layout:
     """The arrays of a file of joints; n samples."""
     joints = ("f", ("n", len(header.joint_names)))
@@ -126,6 +143,7 @@ def _layout(header: _Header) -> Layout:
         "base_velocity": ("f", ("n", 6)),
         **dict.fromkeys(("joint_position", "joint_velocity", "joint_torque"), joints),
         **{_REFERENCE + name: described for name, described in SAMPLES_LAYOUT.items()},
+        **{_TERRAIN + name: described for name, described in _ground_layout(header).items()},
     }
 
 

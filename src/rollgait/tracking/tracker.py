@@ -138,6 +138,7 @@ def _as_trajectory(plan: Plan, model: WholeBodyModel, samples: Samples, motion: 
         robot=plan.robot,
         interval=longest,
         report=report,
+        terrain=plan.scenario.terrain,
     )
 
 

@@ -16,6 +16,7 @@ from rollgait.simulation.log import SimulationLog
 from rollgait.terrain import Terrain
 from rollgait.tracking import JointTrajectory
 from rollgait.view.marks import Mark, marks_of_joints, marks_of_log, marks_of_plan
+from rollgait.view.motion import goal_poses
 
 FRAME_RATE: Final = 30.0
 """Frames per second of the viewer and of recordings."""
@@ -128,7 +129,7 @@ def clip_of_plan(plan: Plan, name: str) -> Clip:
     """A plan, with the marks of its certificate."""
     scenario, certificate = plan.scenario, plan.certificate()
     begins = [0.0, *(later.at for later in scenario.goal.then)]
-    poses = scenario.goal_at(np.array(begins))
+    poses = goal_poses(scenario, np.array(begins))
     if not plan.solved:
         verdict = "not solved"
     elif certificate.passed:
@@ -157,7 +158,7 @@ def clip_of_joints(joints: JointTrajectory, name: str) -> Clip:
         kind="joints",
         robot=joints.robot,
         samples=plan.at(_nearest(joints.time, times)),
-        terrain=Terrain(float(np.min(plan.foot_position[..., 2])), FRICTION),
+        terrain=joints.terrain or Terrain(float(np.min(plan.foot_position[..., 2])), FRICTION),
         goals=(_end(plan.com_position, plan.euler),),
         marks=marks_of_joints(joints),
         verdict="followed within its limits" if joints.report.passed else "not followed within its limits",
@@ -181,7 +182,7 @@ def clip_of_log(log: SimulationLog, name: str) -> Clip:
         kind="simulation",
         robot=log.robot,
         samples=samples_of_log(log, index, times),
-        terrain=Terrain(log.ground_height, FRICTION),
+        terrain=log.terrain or Terrain(log.ground_height, FRICTION),
         goals=(_end(log.planned_com_position, euler_of(log.planned_base_quaternion)),),
         marks=marks_of_log(log),
         verdict=f"fell at {report.fallen_at:.2f} s" if report.fallen_at is not None else "did not fall",

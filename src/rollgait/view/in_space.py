@@ -21,7 +21,7 @@ from rollgait.plan.samples import Array, Samples
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.terrain import Terrain
 from rollgait.terrain.mesh import mesh_of
-from rollgait.view.motion import dense_samples, snapshot_times, swing_times
+from rollgait.view.motion import dense_samples, goal_poses, snapshot_times, swing_times
 from rollgait.view.on_ground import is_plane
 from rollgait.view.painter import halved
 from rollgait.view.relief_map import add_scale, draw_relief
@@ -168,7 +168,7 @@ def _pose(now: Samples) -> Array:
 def _goals(plan: Plan) -> list[Array]:
     """Poses of all goals in the order of time, shape (6,) each."""
     begins = [0.0, *(later.at for later in plan.scenario.goal.then)]
-    return list(plan.scenario.goal_at(np.array(begins)))
+    return list(goal_poses(plan.scenario, np.array(begins)))
 
 
 def _outline(robot: Robot, pose: Array) -> Array:

@@ -1,4 +1,4 @@
-"""What figures ask of a plan: dense samples, and when which leg is in the air."""
+"""What pictures ask of a plan: dense samples, goals, and when which leg is in the air."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.footing.on_terrain import regions_for, standing
 from rollgait.plan.plan import Plan
-from rollgait.plan.samples import Samples
+from rollgait.plan.samples import Array, Samples
+from rollgait.scenario.scenario import Scenario
+from rollgait.view.on_ground import is_plane
 
 POINTS_PER_INTERVAL = 6
 """Enough for a cubic to look smooth in print."""
@@ -28,6 +31,20 @@ def dense_samples(plan: Plan) -> Samples:
     schedule = plan.schedule
     times = schedule.node_times[:-1, None] + inside * schedule.lengths[:, None]
     return plan.sample(np.append(times.ravel(), plan.horizon))
+
+
+def goal_poses(scenario: Scenario, times: Array) -> Array:
+    """Goals at times (n,) as their ground asks: x, y, z of the CoM (m), yaw, pitch, roll (rad), (n, 6)."""
+    poses = scenario.goal_at(times)
+    if is_plane(scenario.terrain):
+        return poses
+    regions = regions_for(scenario)
+    goals, number = np.unique(poses, axis=0, return_inverse=True)
+    for goal in goals:
+        base, _ = standing(scenario.body, regions, goal[:2], goal[3])
+        if np.isfinite(base).all():
+            goal[[2, 4, 5]] = base[[2, 4, 5]]
+    return np.asarray(goals[number.reshape(-1)])
 
 
 def swing_times(plan: Plan) -> Iterator[tuple[int, float, float]]:

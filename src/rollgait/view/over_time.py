@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array
 from rollgait.robot.robot import LEG_NAMES
-from rollgait.view.motion import dense_samples, swing_times
+from rollgait.view.motion import dense_samples, goal_poses, swing_times
 from rollgait.view.style import (
     BASE_COLOUR,
     GOAL_COLOUR,
@@ -69,7 +69,7 @@ def draw_base(figure: Figure, plan: Plan, style: Style) -> None:
     """Place of the CoM and orientation of the base over time, with the goal."""
     figure.set_size_inches(style.width, 0.95 * style.width)
     s = dense_samples(plan)
-    goal = plan.scenario.goal_at(s.time)
+    goal = goal_poses(plan.scenario, s.time)
     panels = figure.subplots(3, 2, sharex=True)
     place = ("x (m)", "y (m)", "z (m)")
     angle = ("yaw (°)", "pitch (°)", "roll (°)")

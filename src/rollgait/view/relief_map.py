@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Final
 
 import numpy as np
@@ -15,9 +14,8 @@ from matplotlib.figure import Figure
 from rollgait.plan.samples import Array
 from rollgait.terrain import Terrain
 from rollgait.terrain.edges import JUMP, borders
-from rollgait.terrain.facet import Facet
+from rollgait.terrain.facet import Facet, bands
 from rollgait.terrain.mesh import within
-from rollgait.terrain.polygons import clip
 from rollgait.terrain.relief import HIGH_COLOUR, LEVEL_COLOUR, LOW_COLOUR, SPAN_MIN
 from rollgait.view.style import Style, ticks
 
@@ -45,9 +43,9 @@ def draw_relief(axes: Axes, terrain: Terrain, low: Array, high: Array, style: St
         planes = within(terrain.planes, low, high)
         heights = np.concatenate([plane.z(plane.polygon) for plane in planes])
         scale = height_scale(heights, terrain.level)
-        pieces = [piece for plane in planes for piece in _bands(plane)]
-        colours = scale.to_rgba(np.array([z for _, z in pieces]))
-        outlines = [polygon for polygon, _ in pieces]
+        pieces = [piece for plane in planes for piece in bands(plane, BANDS)]
+        colours = scale.to_rgba(np.array([piece.z(piece.polygon).mean() for piece in pieces]))
+        outlines = [piece.polygon for piece in pieces]
         axes.add_collection(
             PolyCollection(outlines, facecolors=colours, edgecolors=colours, linewidths=0.3, zorder=0)
         )
@@ -90,20 +88,3 @@ def add_scale(figure: Figure, scale: ScalarMappable, axes: Axes) -> None:
     bar.outline.set_linewidth(0.0)
     bar.locator = ticks(4)
     bar.update_ticks()
-
-
-def _bands(plane: Facet) -> Iterator[tuple[Array, float]]:
-    """A plane as pieces of about one height, with these."""
-    z = plane.z(plane.polygon)
-    low, high = float(z.min()), float(z.max())
-    if high - low < 1e-6:
-        yield plane.polygon, low
-        return
-    uphill = plane.slope / np.linalg.norm(plane.slope)
-    at = plane.polygon[0] + uphill * (low - z[0]) / np.linalg.norm(plane.slope)
-    width = (high - low) / np.linalg.norm(plane.slope) / BANDS
-    for k in range(BANDS):
-        piece = clip(plane.polygon, at + k * width * uphill, uphill)
-        piece = None if piece is None else clip(piece, at + (k + 1) * width * uphill, -uphill)
-        if piece is not None:
-            yield piece, low + (k + 0.5) / BANDS * (high - low)
