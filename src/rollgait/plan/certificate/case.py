@@ -9,12 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.plan.certificate import tolerances as tol
+from rollgait.plan.certificate.contacts import Contacts, contacts_on
 from rollgait.plan.certificate.judged import Judged
 from rollgait.plan.certificate.motion import DenseMotion
-from rollgait.plan.certificate.physics import Array, in_yaw_frame
+from rollgait.plan.certificate.physics import Array, in_base_frame, in_yaw_frame
 from rollgait.robot.robot import FootKind, Leg, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
+from rollgait.terrain.terrain import Terrain
 
 
 @dataclass(frozen=True)
@@ -62,10 +65,35 @@ class Case:
         return np.array([leg.heading if leg.foot == "fixed" else 0.0 for leg in self.legs])
 
     @cached_property
-    def foot_base_yaw(self) -> Array:
-        """Rzᵀ(p − r), (N, K, 4, 3), m."""
+    def terrain(self) -> Terrain | None:
+        """The raw ground; None if it is flat."""
+        return None if self.scenario.ground.kind == "flat" else self.scenario.terrain
+
+    @cached_property
+    def contacts(self) -> Contacts | None:
+        """What feet touch on ground that is not flat."""
+        return None if self.terrain is None else contacts_on(self.terrain, self.robot, self.motion)
+
+    @property
+    def radius(self) -> Array:
+        """R of the wheels or of the balls of point feet, (4,), m."""
+        return np.array([leg.foot_radius for leg in self.legs])
+
+    @property
+    def height_tolerance(self) -> float:
+        """By how much wheels may be over or in ground that is not flat, m."""
+        return tol.HEIGHT if self.terrain is None or self.terrain.planar else tol.HEIGHT_ON_MAP
+
+    @cached_property
+    def foot_base(self) -> Array:
+        """p − r in the frame of the base, (N, K, 4, 3), m: on flat ground as if it were level, Rzᵀ(p − r)."""
         at = self.motion.at
-        return in_yaw_frame(at.foot_position - at.com_position[..., None, :], at.euler[..., :1])
+        return self.from_base(at.foot_position, at.com_position, at.euler)
+
+    def from_base(self, foot: Array, com: Array, euler: Array) -> Array:
+        """Feet (…, 4, 3) seen from the base at (…, 3), in the frame in which they have their places, m."""
+        offset = foot - com[..., None, :]
+        return in_yaw_frame(offset, euler[..., :1]) if self.terrain is None else in_base_frame(offset, euler)
 
     @cached_property
     def steering(self) -> Array:

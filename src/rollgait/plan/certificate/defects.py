@@ -136,7 +136,9 @@ def _planned_inputs(case: Case) -> Inputs:
     """What drives the motion, (N, K)."""
     at = case.motion.at
     along, across = case.planar_speeds
-    return Inputs(at.force, along, across, at.foot_velocity[..., 2], at.heading_rate)
+    contacts = case.contacts
+    contact = None if contacts is None else contacts.position - at.foot_position
+    return Inputs(at.force, along, across, at.foot_velocity[..., 2], at.heading_rate, contact)
 
 
 def _with_next(values: Array) -> Array:

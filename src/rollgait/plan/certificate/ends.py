@@ -8,16 +8,23 @@ import numpy as np
 
 from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.case import Case
-from rollgait.plan.certificate.physics import Array, in_yaw_frame
+from rollgait.plan.certificate.physics import Array, in_yaw_frame, rotation_world_base
+from rollgait.plan.certificate.pose import wanted_pose
 from rollgait.plan.certificate.rows import Row, measured
 
 
 def check_start(case: Case) -> Iterator[Row]:
-    """At t = 0 the robot stands where the scenario says, at rest, level, its feet at their nominal places."""
+    """At t = 0 the robot stands where the scenario says, at rest, level or as the ground asks for, its feet at
+    their nominal places."""
     begin, scenario = case.plan.sample([0.0]), case.scenario
     yaw = np.radians(scenario.start.yaw_deg)
-    com = np.array([scenario.start.x, scenario.start.y, scenario.height])
-    nominal = com + in_yaw_frame(case.robot.stance, np.asarray(-yaw))
+    ground, pitch, roll = wanted_pose(case, begin)
+    com = np.array([scenario.start.x, scenario.start.y, ground + case.robot.height])
+    wanted = np.array([yaw, pitch, roll])
+    feet = _norm(begin.foot_position - com - in_yaw_frame(case.robot.stance, np.asarray(-yaw)))
+    if case.terrain is not None:  # how high they are the ground says
+        nominal = com + case.robot.stance @ rotation_world_base(wanted).T
+        feet = _norm((begin.foot_position - nominal)[..., :2])
     time = begin.time
     yield from measured(
         "start_position",
@@ -32,7 +39,7 @@ def check_start(case: Case) -> Iterator[Row]:
         "start_angle",
         "orientation at the start",
         "rad",
-        _norm(begin.euler - np.array([yaw, 0.0, 0.0])),
+        _norm(begin.euler - wanted),
         tol.END_ANGLE,
         time,
         promised=case.has("start"),
@@ -59,7 +66,7 @@ def check_start(case: Case) -> Iterator[Row]:
         "start_feet",
         "feet at the start against the nominal stance",
         "m",
-        _norm(begin.foot_position - nominal),
+        feet,
         tol.START_POSITION,
         time,
         promised=case.has("foot_start"),
@@ -135,11 +142,12 @@ def check_rest(case: Case) -> Iterator[Row]:
         end.time,
         promised=level,
     )
+    _, pitch, roll = wanted_pose(case, end)
     yield from measured(
         "end_level",
-        "larger of pitch and roll at the end",
+        "larger of pitch and roll at the end, against those that the ground asks for",
         "rad",
-        np.abs(end.euler[:, 1:]).max(axis=-1),
+        np.abs(end.euler[:, 1:] - [pitch, roll]).max(axis=-1),
         tol.END_ANGLE,
         end.time,
         promised=level,
@@ -149,7 +157,8 @@ def check_rest(case: Case) -> Iterator[Row]:
 def check_final_stance(case: Case) -> Iterator[Row]:
     """The robot ends in its nominal stance."""
     end = case.plan.sample([case.plan.horizon])
-    place = in_yaw_frame(end.foot_position - end.com_position[:, None, :], end.euler[:, :1])
+    place = case.from_base(end.foot_position, end.com_position, end.euler)
+    ground, _, _ = wanted_pose(case, end)
     # a foot that never swings cannot choose its place: a point foot stays, a fixed wheel only rolls along
     swings = ~case.schedule.contact.all(axis=1)
     rolls_along = case.feet("fixed") & ~swings
@@ -170,7 +179,7 @@ def check_final_stance(case: Case) -> Iterator[Row]:
         "end_height",
         "height of the CoM at the end against the nominal stance",
         "m",
-        np.abs(end.com_position[:, 2] - case.scenario.height),
+        np.abs(end.com_position[:, 2] - (ground + case.robot.height)),
         tol.END_POSITION,
         end.time,
         promised=case.has("height_at_end"),

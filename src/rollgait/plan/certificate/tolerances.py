@@ -15,6 +15,14 @@ SLIP = 1e-3
 """m/s; far below what a rolling rubber wheel creeps."""
 HEIGHT = 5e-4
 """m; less than a tyre yields under the load."""
+HEIGHT_ON_MAP = 5e-3
+"""m; TODO"""
+CONTACT = 1e-2
+"""m; TODO"""
+EDGE = 0.029
+"""m; TODO"""
+STANDS_OUT = 0.01
+"""m; TODO"""
 CLEARANCE = 1e-3
 """m; 1 % of the usual clearance."""
 FORCE = 0.1
