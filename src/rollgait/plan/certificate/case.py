@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.contacts import Contacts, contacts_on
 from rollgait.plan.certificate.judged import Judged
 from rollgait.plan.certificate.motion import DenseMotion
@@ -78,11 +77,6 @@ class Case:
     def radius(self) -> Array:
         """R of the wheels or of the balls of point feet, (4,), m."""
         return np.array([leg.foot_radius for leg in self.legs])
-
-    @property
-    def height_tolerance(self) -> float:
-        """By how much wheels may be over or in ground that is not flat, m."""
-        return tol.HEIGHT if self.terrain is None or self.terrain.planar else tol.HEIGHT_ON_MAP
 
     @cached_property
     def foot_base(self) -> Array:

@@ -1,9 +1,9 @@
 """Where feet touch ground that is not flat, by the judge's own look at the raw ground.
 
-A wheel is looked at as a ball about its centre, p + R e_z with p the lowest point of its rim: the ground below is
-probed, and what the ball comes near is what it touches. At the foot of a ramp it touches two planes at once,
-and the force may act on either or be shared. So of all normals that the ground has there the one nearest to
-the plan's own is taken: what a plan states of its contacts counts only as far as the ground agrees.
+A wheel is looked at as a ball about its centre, p + R e_z with p the lowest point of its rim, above probes of the
+ground. Whether it touches one side of a kink or the other nobody knows better than its place: so of all
+normals that the ground has within `tolerances.PLACE` the one nearest to the plan's own is taken. What a plan
+states of its contacts counts only as far as the ground agrees.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.motion import DenseMotion
 from rollgait.plan.certificate.physics import Array
 from rollgait.robot.robot import Robot
@@ -20,14 +21,10 @@ from rollgait.robot.robot import Robot
 if TYPE_CHECKING:
     from rollgait.terrain.terrain import Terrain
 
-TOUCH: Final = 1.2e-3
-"""m; so near to the ground a wheel touches it: how far a smoothed kink of 20° is off."""
-RINGS: Final = (0.0, 1 / 3, 2 / 3, 1.0, 4 / 3)
-"""Radii of the rings of probes, in that within which a ball on a plane is nearer than `TOUCH`."""
+RINGS: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""Radii of the rings of probes, in `tolerances.PLACE`."""
 DIRECTIONS: Final = 8
 """Probes on a ring."""
-POINT: Final = 1e-3
-"""m; radius of the rings about a foot without a radius."""
 
 
 @dataclass(frozen=True)
@@ -40,6 +37,7 @@ class Contacts:
         friction: μ there, (…).
         gap: distance of the ball from the ground, (…), m; negative where it is inside, NaN over unknown
             ground.
+        bend: by how much the gradient of the ground differs around, (…); 0 on a plane and in swing.
         stated_apart: distance of the contact that the plan states, (…), m.
     """
 
@@ -47,6 +45,7 @@ class Contacts:
     normal: Array
     friction: Array
     gap: Array
+    bend: Array
     stated_apart: Array
 
 
@@ -64,20 +63,21 @@ def contacts_on(terrain: Terrain, robot: Robot, motion: DenseMotion) -> Contacts
     p, stated = at.foot_position[stands], at.contact_normal[stands]
     radius = np.broadcast_to([leg.foot_radius for leg in robot.leg_list], shape)[stands]
     direction = ahead(robot, motion)[stands]
-    slope, gap = _touched(terrain, p, radius, direction, _gradient(stated))
+    slope, gap, bend = _touched(terrain, p, radius, direction, _gradient(stated))
     up = np.concatenate([-slope, np.ones((len(p), 1))], axis=-1)
     up /= np.linalg.norm(up, axis=-1, keepdims=True)
     position, normal = at.foot_position.copy(), np.zeros((*shape, 3))
     normal[..., 2] = 1.0
     normal[stands] = up
     position[stands] += radius[:, None] * (np.array([0.0, 0.0, 1.0]) - up)
-    all_gaps = np.zeros(shape)
-    all_gaps[stands] = gap
+    all_gaps, all_bends = np.zeros((2, *shape))
+    all_gaps[stands], all_bends[stands] = gap, bend
     return Contacts(
         position=position,
         normal=normal,
         friction=terrain.friction_at(position[..., 0], position[..., 1]),
         gap=all_gaps,
+        bend=all_bends,
         stated_apart=np.linalg.norm(at.contact_position - position, axis=-1),
     )
 
@@ -90,37 +90,33 @@ def ahead(robot: Robot, motion: DenseMotion) -> Array:
 
 def _touched(
     terrain: Terrain, p: Array, radius: Array, direction: Array, stated: Array
-) -> tuple[Array, Array]:
-    """The gradient (n, 2) of the ground that each foot touches, nearest to that stated, and its gap (n,)."""
+) -> tuple[Array, Array, Array]:
+    """The gradient (n, 2) of the ground below each foot nearest to that stated, its gap and bend, (n,)."""
     centre = p + radius[:, None] * [0.0, 0.0, 1.0]
     steepness = np.sqrt(1.0 + (stated**2).sum(axis=-1))
     about = p[:, :2] + (radius / steepness)[:, None] * stated
     along, left = _axes(direction)
-    size = np.maximum(np.sqrt(2.0 * radius * TOUCH), POINT)
-    ring = np.array([(r * np.cos(a), r * np.sin(a)) for r, a in _pattern()])  # (m, 2)
-    probes = about[:, None] + size[:, None, None] * (
-        ring[:, :1] * along[:, None] + ring[:, 1:] * left[:, None]
-    )
+    ring = tol.PLACE * np.array([(r * np.cos(a), r * np.sin(a)) for r, a in _pattern()])  # (m, 2)
+    probes = about[:, None] + ring[:, :1] * along[:, None] + ring[:, 1:] * left[:, None]
     ground = terrain.height(probes[..., 0], probes[..., 1])
     beside = ((probes - centre[:, None, :2]) ** 2).sum(axis=-1)
     below = radius[:, None] ** 2 - beside
-    under = (below >= 0.0) | (radius[:, None] == 0.0)
+    under = (below >= 0.0) | (beside < 1e-12)
     above = np.where(under, centre[:, None, 2] - np.sqrt(np.maximum(below, 0.0)) - ground, np.nan)
     known = ~np.isnan(above)
     gap = np.where(known, above, np.inf).min(axis=1)
-    touches = known & (above <= gap[:, None] + TOUCH)
-    gradient = np.full((*touches.shape, 2), np.nan)
-    gradient[touches] = terrain.slope(probes[touches][:, 0], probes[touches][:, 1])
-    touches &= ~np.isnan(gradient).any(axis=-1)
-    result = np.zeros((len(p), 2))
+    gradient = terrain.slope(probes[..., 0], probes[..., 1])
+    seen = ~np.isnan(gradient).any(axis=-1)
+    result, spread = np.zeros((len(p), 2)), np.zeros(len(p))
     for axis in (along, left):
         component = np.einsum("nmi,ni->nm", gradient, axis)
-        low = np.where(touches, component, np.inf).min(axis=1)
-        high = np.where(touches, component, -np.inf).max(axis=1)
+        low = np.where(seen, component, np.inf).min(axis=1)
+        high = np.where(seen, component, -np.inf).max(axis=1)
         wanted = np.einsum("ni,ni->n", stated, axis)
         nearest = np.where(low <= high, np.clip(wanted, low, high), 0.0)
         result += nearest[:, None] * axis
-    return result, np.where(known.any(axis=1), gap, np.nan)
+        spread = np.hypot(spread, np.maximum(high - low, 0.0))
+    return result, np.where(known.any(axis=1), gap, np.nan), spread
 
 
 def _pattern() -> list[tuple[float, float]]:

@@ -29,22 +29,24 @@ def check_ground(case: Case) -> Iterator[Row]:
     on_ground = case.has("stance_height")
     clearance = _rims(case)
     time = motion.time[:, LOOKED_AT]
+    misplaced = tol.KINK * contacts.bend
+    gap = np.where(np.isnan(contacts.gap), np.inf, contacts.gap)
     yield from measured(
         "stance_depth",
-        "depth of the rims of standing wheels in the ground",
+        "depth of the rims of standing wheels in the ground, more than from a misplaced kink",
         "m",
-        np.maximum(-clearance, 0.0),
-        case.height_tolerance,
+        np.maximum(-clearance - misplaced[:, LOOKED_AT], 0.0),
+        tol.HEIGHT,
         time,
         where=motion.in_stance,
         promised=on_ground,
     )
     yield from measured(
         "stance_gap",
-        "distance of standing wheels from the ground",
+        "distance of standing wheels from the ground, more than from a misplaced kink",
         "m",
-        np.where(np.isnan(contacts.gap), np.inf, np.maximum(contacts.gap, 0.0)),
-        case.height_tolerance,
+        np.maximum(gap - misplaced, 0.0),
+        tol.HEIGHT,
         motion.time,
         where=motion.in_stance,
         promised=on_ground,
@@ -54,7 +56,7 @@ def check_ground(case: Case) -> Iterator[Row]:
         "depth of the rims of wheels in swing in the ground",
         "m",
         np.maximum(-clearance, 0.0),
-        case.height_tolerance,
+        tol.SWING_DEPTH,
         time,
         where=~motion.in_stance,
         promised=case.has("ground"),

@@ -76,7 +76,7 @@ def check_speeds(case: Case) -> Iterator[Row]:
     speed = np.abs(motion.at.speed)
     along_ground = speed
     if case.contacts is not None:
-        along_ground = speed * np.sqrt(1.0 + slope_along(case.contacts.normal, motion.at.heading) ** 2)
+        along_ground = speed * np.hypot(1.0, slope_along(case.contacts.normal, motion.at.heading))
     yield from measured(
         "stance_speed_margin",
         "rolling speed in stance below its limit",
