@@ -33,7 +33,8 @@ class Samples:
         speed: v along the heading, (n, 4), m/s; 0 for point feet.
         force: f, contact force on the robot, (n, 4, 3), N.
         contact: whether the foot is in stance, (n, 4), bool.
-        contact_position: where a foot that stands touches the ground, p + R (e_z − n), (n, 4, 3), m; p in swing.
+        contact_position: where a foot that stands touches the ground, p + R (e_z − n), (n, 4, 3), m; p in
+            swing.
         contact_normal: n, unit normal of the ground there, upwards, (n, 4, 3); e_z in swing.
     """
 

@@ -1,7 +1,7 @@
 """Where feet touch ground that is not flat, by the judge's own look at the raw ground.
 
-A wheel is looked at as a ball about its centre, p + R e_z with p the lowest point of its rim, above probes of the
-ground. Whether it touches one side of a kink or the other nobody knows better than its place: so of all
+A wheel is looked at as a ball about its centre, p + R e_z with p the lowest point of its rim, above probes of
+the ground. Whether it touches one side of a kink or the other nobody knows better than its place: so of all
 normals that the ground has within `tolerances.PLACE` the one nearest to the plan's own is taken. What a plan
 states of its contacts counts only as far as the ground agrees.
 """
@@ -137,7 +137,7 @@ def _gradient(normal: Array) -> Array:
 
 
 def in_contact_frame(vector: Array, normal: Array, heading: Array) -> Array:
-    """World vectors (…, 3) along the ground in the direction of a heading, to its left, and along the normal."""
+    """World vectors (…, 3) along the ground in the direction of a heading, to its left, along the normal."""
     axle = np.stack([-np.sin(heading), np.cos(heading), np.zeros_like(heading)], axis=-1)
     along = np.cross(axle, normal)
     along /= np.linalg.norm(along, axis=-1, keepdims=True)

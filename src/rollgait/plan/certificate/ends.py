@@ -14,8 +14,10 @@ from rollgait.plan.certificate.rows import Row, measured
 
 
 def check_start(case: Case) -> Iterator[Row]:
-    """At t = 0 the robot stands where the scenario says, at rest, level or as the ground asks for, its feet at
-    their nominal places."""
+    """At t = 0 the robot stands where the scenario says, at rest, its feet at their nominal places.
+
+    It is level, or tilted as the ground asks for.
+    """
     begin, scenario = case.plan.sample([0.0]), case.scenario
     yaw = np.radians(scenario.start.yaw_deg)
     ground, pitch, roll = wanted_pose(case, begin)

@@ -107,7 +107,8 @@ def _rims(case: Case) -> Array:
 
 def _footholds(case: Case) -> tuple[Array, NDArray[np.bool_]]:
     """Distance of standing feet from edges, m, and whether the ground is known there, (N, 2, 4)."""
-    assert case.terrain is not None and case.contacts is not None
+    assert case.terrain is not None
+    assert case.contacts is not None
     motion = case.motion
     lowest = motion.at.foot_position[:, ENDS]
     shape = lowest.shape[:-1]

@@ -16,18 +16,18 @@ SLIP = 1e-3
 HEIGHT = 5e-4
 """m; less than a tyre yields under the load."""
 KINK = 5e-3
-"""m; so far from its place the ground may bend in a plan, which takes it as smooth: times the change of slope it
-is what wheels may be over or in the ground beside `HEIGHT`, 1.3 mm at 15° and 1.8 mm at 20°."""
+"""m; so far from its place the ground may bend in a plan, which takes it as smooth. Times the change of slope
+it is what wheels may be over or in the ground beside `HEIGHT`: 1.3 mm at 15°, 1.8 mm at 20°."""
 PLACE = 0.05
-"""m; so near to a kink nobody knows on which side of it a wheel stands: a robot misses its footholds by 3 cm, and
-maps are as coarse."""
+"""m; so near to a kink nobody knows on which side of it a wheel stands: a robot misses its footholds by 3 cm,
+and maps are as coarse."""
 EDGE = 0.029
 """m; what a robot misses its footholds by, less the tolerated length: so far from edges feet stand."""
 CONTACT = 0.01
-"""m; of the contacts that a plan states: they change within an interval while a wheel rolls over a bend, and
-the torque of half a robot's weight there is what its joints give with a tenth of a radian."""
+"""m; of the contacts that a plan states, a tenth of a usual radius of wheels: constant in an interval,
+in which a wheel may roll over a bend. (What that does to the motion is judged apart, as a defect.)"""
 SWING_DEPTH = 2e-3
-"""m; of rims in swing: they leave the ground and come back to it where it may be misplaced, and do not stumble."""
+"""m; of rims in swing: where they leave the ground and come back to it a kink may be misplaced."""
 STANDS_OUT = 0.01
 """m; what stands out of the ground between two footholds by more than this must be gone over."""
 CLEARANCE = 1e-3

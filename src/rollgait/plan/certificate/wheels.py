@@ -13,10 +13,11 @@ if TYPE_CHECKING:
     from rollgait.terrain.terrain import Terrain
 
 FINE: Final = np.radians(40.0)
-"""So far from below its centre a wheel touches ground on which it can stand, rad: its rim is probed finely."""
+"""rad; so far from below its centre a wheel touches ground that it can stand on: there its rim is probed
+finely."""
 RIM_FINE, RIM_COARSE = 31, 6
-"""Probes in that part of the rim (2.7° apart: between two the rim bulges by 0.03 mm at R = 0.124 m), and on either
-side of it (there by 0.3 mm)."""
+"""Probes in that part of the rim (2.7° apart: between two the rim bulges by 0.03 mm at R = 0.124 m), and on
+either side of it (there by 0.3 mm)."""
 RAYS: Final = 16
 """Directions around a foothold in which edges are looked for at first."""
 FINE_RAYS: Final = 64
@@ -58,7 +59,7 @@ def rim_clearance(terrain: Terrain, lowest: Array, heading: Array, radius: Array
     y = lowest[:, 1:2] + forward * np.sin(heading)[:, None]
     z = lowest[:, 2:] + radius[:, None] * (1.0 - np.cos(angle))
     distance = z - terrain.height(x, y)
-    return np.where(np.isnan(distance), np.inf, distance).min(axis=1)
+    return np.asarray(np.where(np.isnan(distance), np.inf, distance).min(axis=1))
 
 
 def edge_distance(
@@ -66,8 +67,8 @@ def edge_distance(
 ) -> tuple[Array, NDArray[np.bool_]]:
     """How far feet could be displaced in any direction before they meet an edge, (n,), m, at most `FAR`.
 
-    An edge is where the ground rises or falls by more than `STEP_MAX` and more steeply than anything can stand
-    on: a kink is none. An edge that falls off is met by the contact, one that rises by the wheel.
+    An edge is where the ground rises or falls by more than `STEP_MAX` and more steeply than anything can
+    stand on: a kink is none. An edge that falls off is met by the contact, one that rises by the wheel.
 
     Args:
         terrain: the raw ground.
@@ -82,8 +83,9 @@ def edge_distance(
     distance, known = _along_rays(terrain, lowest, contact, heading, radius, RAYS)
     near = np.flatnonzero(distance < FAR)
     if near.size:
-        parts = (values[near] for values in (lowest, contact, heading, radius))
-        distance[near], known[near] = _along_rays(terrain, *parts, FINE_RAYS)
+        distance[near], known[near] = _along_rays(
+            terrain, lowest[near], contact[near], heading[near], radius[near], FINE_RAYS
+        )
     return distance, known
 
 
