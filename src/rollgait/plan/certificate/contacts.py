@@ -2,8 +2,8 @@
 
 A wheel is looked at as a ball about its centre, p + R e_z with p the lowest point of its rim, above probes of
 the ground. Whether it touches one side of a kink or the other nobody knows better than its place: so of all
-normals that the ground has within `tolerances.PLACE` the one nearest to the plan's own is taken. What a plan
-states of its contacts counts only as far as the ground agrees.
+normals that the ground has within `tolerances.PLACE` (give or take `tolerances.SLOPE`) the one nearest to the
+plan's own is taken. What a plan states of its contacts counts only as far as the ground agrees.
 """
 
 from __future__ import annotations
@@ -110,12 +110,12 @@ def _touched(
     result, spread = np.zeros((len(p), 2)), np.zeros(len(p))
     for axis in (along, left):
         component = np.einsum("nmi,ni->nm", gradient, axis)
-        low = np.where(seen, component, np.inf).min(axis=1)
-        high = np.where(seen, component, -np.inf).max(axis=1)
+        low = np.where(seen, component, np.inf).min(axis=1) - tol.SLOPE
+        high = np.where(seen, component, -np.inf).max(axis=1) + tol.SLOPE
         wanted = np.einsum("ni,ni->n", stated, axis)
         nearest = np.where(low <= high, np.clip(wanted, low, high), 0.0)
         result += nearest[:, None] * axis
-        spread = np.hypot(spread, np.maximum(high - low, 0.0))
+        spread = np.hypot(spread, np.maximum(high - low - 2.0 * tol.SLOPE, 0.0))
     return result, np.where(known.any(axis=1), gap, np.nan), spread
 
 

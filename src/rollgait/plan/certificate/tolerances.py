@@ -21,6 +21,8 @@ it is what wheels may be over or in the ground beside `HEIGHT`: 1.3 mm at 15°, 
 PLACE = 0.05
 """m; so near to a kink nobody knows on which side of it a wheel stands: a robot misses its footholds by 3 cm,
 and maps are as coarse."""
+SLOPE = 0.02
+"""Of the ground, 1°: 2 mm in 10 cm, which no map tells."""
 EDGE = 0.029
 """m; what a robot misses its footholds by, less the tolerated length: so far from edges feet stand."""
 CONTACT = 0.01
