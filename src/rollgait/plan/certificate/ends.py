@@ -8,7 +8,7 @@ import numpy as np
 
 from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.case import Case
-from rollgait.plan.certificate.physics import Array, in_yaw_frame, rotation_world_base
+from rollgait.plan.certificate.physics import Array, in_yaw_frame
 from rollgait.plan.certificate.pose import wanted_pose
 from rollgait.plan.certificate.rows import Row, measured
 
@@ -24,9 +24,9 @@ def check_start(case: Case) -> Iterator[Row]:
     com = np.array([scenario.start.x, scenario.start.y, ground + case.robot.height])
     wanted = np.array([yaw, pitch, roll])
     feet = _norm(begin.foot_position - com - in_yaw_frame(case.robot.stance, np.asarray(-yaw)))
-    if case.terrain is not None:  # how high they are the ground says
-        nominal = com + case.robot.stance @ rotation_world_base(wanted).T
-        feet = _norm((begin.foot_position - nominal)[..., :2])
+    if case.terrain is not None:  # how far below the base they are the ground says
+        place = case.from_base(begin.foot_position, com[None], wanted[None])
+        feet = _norm((place - case.robot.stance)[..., :2])
     time = begin.time
     yield from measured(
         "start_position",
