@@ -20,8 +20,8 @@ RIM_FINE, RIM_COARSE = 31, 6
 either side of it (there by 0.3 mm)."""
 RAYS: Final = 16
 """Directions around a foothold in which edges are looked for at first."""
-FINE_RAYS: Final = 64
-"""And where there are any: a ray meets a straight edge 3 cm away at most 0.04 mm farther than it is."""
+FINE_RAYS: Final = 32
+"""And where there are any: a ray meets a straight edge 3 cm away at most 0.15 mm farther than it is."""
 RAY_STEP: Final = 0.01
 """m between the probes on a ray."""
 STEP_MAX: Final = 5e-3
