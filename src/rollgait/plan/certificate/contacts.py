@@ -9,11 +9,13 @@ plan's own is taken. What a plan states of its contacts counts only as far as th
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from rollgait.plan.certificate import tolerances as tol
+from rollgait.plan.certificate.chunks import in_chunks
 from rollgait.plan.certificate.motion import DenseMotion
 from rollgait.plan.certificate.physics import Array
 from rollgait.robot.robot import Robot
@@ -63,7 +65,8 @@ def contacts_on(terrain: Terrain, robot: Robot, motion: DenseMotion) -> Contacts
     p, stated = at.foot_position[stands], at.contact_normal[stands]
     radius = np.broadcast_to([leg.foot_radius for leg in robot.leg_list], shape)[stands]
     direction = ahead(robot, motion)[stands]
-    slope, gap, bend = _touched(terrain, p, radius, direction, _gradient(stated))
+    touched = partial(_touched, terrain)
+    slope, gap, bend = in_chunks(touched, p, radius, direction, _gradient(stated))
     up = np.concatenate([-slope, np.ones((len(p), 1))], axis=-1)
     up /= np.linalg.norm(up, axis=-1, keepdims=True)
     position, normal = at.foot_position.copy(), np.zeros((*shape, 3))

@@ -25,6 +25,8 @@ SLOPE = 0.02
 """Of the ground, 1°: 2 mm in 10 cm, which no map tells."""
 EDGE = 0.029
 """m; what a robot misses its footholds by, less the tolerated length: so far from edges feet stand."""
+KNOWN = 0.025
+"""m; so far around their contacts feet know the ground: `EDGE`, less what lies between two probes."""
 CONTACT = 0.01
 """m; of the contacts that a plan states, a tenth of a usual radius of wheels: constant in an interval,
 in which a wheel may roll over a bend. (What that does to the motion is judged apart, as a defect.)"""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.plan.certificate import tolerances as tol
+from rollgait.plan.certificate.chunks import in_chunks
 from rollgait.plan.certificate.physics import Array
 
 if TYPE_CHECKING:
@@ -58,7 +61,8 @@ def rim_clearance(terrain: Terrain, lowest: Array, heading: Array, radius: Array
     x = lowest[:, :1] + forward * np.cos(heading)[:, None]
     y = lowest[:, 1:2] + forward * np.sin(heading)[:, None]
     z = lowest[:, 2:] + radius[:, None] * (1.0 - np.cos(angle))
-    distance = z - terrain.height(x, y)
+    (ground,) = in_chunks(lambda *places: (terrain.height(*places),), x, y)
+    distance = z - ground
     return np.asarray(np.where(np.isnan(distance), np.inf, distance).min(axis=1))
 
 
@@ -80,59 +84,49 @@ def edge_distance(
     Returns:
         The distances, and whether the ground is known within them.
     """
-    distance, known = _along_rays(terrain, lowest, contact, heading, radius, RAYS)
+    feet = (lowest, contact, heading, radius)
+    distance, known = in_chunks(partial(_along_rays, terrain, RAYS), *feet)
     near = np.flatnonzero(distance < FAR)
     if near.size:
-        distance[near], known[near] = _along_rays(
-            terrain, lowest[near], contact[near], heading[near], radius[near], FINE_RAYS
-        )
+        near_feet = (values[near] for values in feet)
+        distance[near], known[near] = in_chunks(partial(_along_rays, terrain, FINE_RAYS), *near_feet)
     return distance, known
 
 
 def _along_rays(
-    terrain: Terrain, lowest: Array, contact: Array, heading: Array, radius: Array, rays: int
+    terrain: Terrain, rays: int, lowest: Array, contact: Array, heading: Array, radius: Array
 ) -> tuple[Array, NDArray[np.bool_]]:
+    """See `edge_distance`; looks in so many directions."""
     reach = float(radius.max(initial=0.0)) + FAR
     length = np.linspace(0.0, reach, int(np.ceil(reach / RAY_STEP)) + 1)
     angle = heading[:, None] + 2.0 * np.pi * np.arange(rays) / rays
     direction = np.stack([np.cos(angle), np.sin(angle)], axis=-1)  # (n, rays, 2)
-
-    def height(about: Array, way: Array, ways: Array) -> Array:
-        places = about + way[..., None] * ways
-        return terrain.height(places[..., 0], places[..., 1])
-
-    origin = lowest[:, None, None, :2]
-    z = height(origin, np.broadcast_to(length, (*direction.shape[:2], length.size)), direction[:, :, None])
+    places = lowest[:, None, None, :2] + length[:, None] * direction[:, :, None]
+    z = terrain.height(places[..., 0], places[..., 1])
     mu = terrain.friction_at(lowest[:, 0], lowest[:, 1])[:, None, None]
-    step = length[1] - length[0]
-    unknown = np.isnan(z)
-    edge = np.abs(np.diff(z, axis=-1)) > STEP_MAX + STEEP * mu * step
-    foot, ray, number = np.nonzero(edge)
-    inner, outer = length[number], length[number + 1]
-    z_inner, z_outer = z[foot, ray, number], z[foot, ray, number + 1]
-    rises = z_outer > z_inner
-    top = np.maximum(z_inner, z_outer)
-    ways, about = direction[foot, ray], lowest[foot, :2]
-    for _ in range(HALVINGS):
-        middle = 0.5 * (inner + outer)
-        z_middle = height(about, middle, ways)
-        first = ~(np.abs(z_middle - z_inner) < np.abs(z_outer - z_middle))  # the jump is in the first half
-        outer, z_outer = np.where(first, middle, outer), np.where(first, z_middle, z_outer)
-        inner, z_inner = np.where(first, inner, middle), np.where(first, z_inner, z_middle)
-    place = about + (0.5 * (inner + outer))[:, None] * ways
+    steepest = STEP_MAX + STEEP * mu * (length[1] - length[0])
+    foot, ray, number = np.nonzero(np.abs(np.diff(z, axis=-1)) > steepest)
+    place = _edge_between(terrain, places[foot, ray, number], places[foot, ray, number + 1])
+    inner, outer = z[foot, ray, number], z[foot, ray, number + 1]
     R, centre = radius[foot], lowest[foot, 2] + radius[foot]
-    under = np.clip(centre - top, 0.0, R)
-    half_chord = np.sqrt(R**2 - under**2)  # of the wheel, at the height of the edge
+    half_chord = np.sqrt(
+        R**2 - np.clip(centre - outer, 0.0, R) ** 2
+    )  # of the wheel, at the height of the edge
     of_wheel = np.linalg.norm(place - lowest[foot, :2], axis=-1) - half_chord
     of_contact = np.linalg.norm(place - contact[foot, :2], axis=-1)
-    result = np.full(len(lowest), FAR)
-    np.minimum.at(result, foot, np.where(rises, of_wheel, of_contact))
-    near = np.linalg.norm(
-        origin + length[:, None] * direction[:, :, None] - contact[:, None, None, :2], axis=-1
-    )
-    return result, ~(unknown & (near < EDGE_OF_KNOWN)).any(axis=(1, 2))
+    distance = np.full(len(lowest), FAR)
+    np.minimum.at(distance, foot, np.where(outer > inner, of_wheel, of_contact))
+    near = np.linalg.norm(places - contact[:, None, None, :2], axis=-1) < tol.KNOWN
+    return distance, ~(np.isnan(z) & near).any(axis=(1, 2))
 
 
-EDGE_OF_KNOWN: Final = 0.025
-"""m; so far around its contact a foot must know the ground: what a robot misses its footholds by, less the
-distance of two probes."""
+def _edge_between(terrain: Terrain, inner: Array, outer: Array) -> Array:
+    """Where on the ways between places (n, 2) the ground jumps, (n, 2), m."""
+    z_inner, z_outer = (terrain.height(at[:, 0], at[:, 1]) for at in (inner, outer))
+    for _ in range(HALVINGS):
+        middle = 0.5 * (inner + outer)
+        z = terrain.height(middle[:, 0], middle[:, 1])
+        first = ~(np.abs(z - z_inner) < np.abs(z_outer - z))  # where the larger part of the jump is
+        inner, outer = np.where(first[:, None], inner, middle), np.where(first[:, None], middle, outer)
+        z_inner, z_outer = np.where(first, z_inner, z), np.where(first, z, z_outer)
+    return np.asarray(0.5 * (inner + outer))
