@@ -139,7 +139,10 @@ SPOILT: dict[str, list[Callable[[], Plan]]] = {
     "stance_speed_margin": [
         lambda: b.asked(_moved(slope(), "motion", (5, FL, 0), 1.0), bounds__speed_max=1.005),
     ],
-    "box_margin": [lambda: _moved(slope(), "theta", np.s_[:, 1], 0.4)],
+    "box_margin": [
+        lambda: _moved(slope(), "r", np.s_[:, 0], 0.2),
+        lambda: b.asked(_moved(slope(), "theta", np.s_[:, 1], 0.4), bounds__full_rotation=True),
+    ],
     "reach_margin": [lambda: _moved(slope(), "r", np.s_[:, 2], 0.15)],
     "start_position": [lambda: _moved(slope(), "r", np.s_[:, 2], 1e-3)],
     "start_angle": [lambda: _moved(slope(), "theta", np.s_[:, 1], 2e-3)],

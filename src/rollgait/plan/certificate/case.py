@@ -13,6 +13,8 @@ from rollgait.plan.certificate.contacts import Contacts, contacts_on
 from rollgait.plan.certificate.judged import Judged
 from rollgait.plan.certificate.motion import DenseMotion
 from rollgait.plan.certificate.physics import Array, in_base_frame, in_yaw_frame
+from rollgait.plan.certificate.pose import ground_under_feet, wanted_pose
+from rollgait.plan.samples import Samples
 from rollgait.robot.robot import FootKind, Leg, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
@@ -80,14 +82,24 @@ class Case:
 
     @cached_property
     def foot_base(self) -> Array:
-        """p − r in the frame of the base, (N, K, 4, 3), m: on flat ground as if it were level, Rzᵀ(p − r)."""
-        at = self.motion.at
-        return self.from_base(at.foot_position, at.com_position, at.euler)
+        """p − r seen from the base, as if it were tilted as the ground asks for, (N, K, 4, 3), m.
 
-    def from_base(self, foot: Array, com: Array, euler: Array) -> Array:
-        """Feet (…, 4, 3) seen from the base at (…, 3), in the frame in which they have their places, m."""
-        offset = foot - com[..., None, :]
-        return in_yaw_frame(offset, euler[..., :1]) if self.terrain is None else in_base_frame(offset, euler)
+        On flat ground that is level: Rzᵀ(p − r).
+        """
+        at = self.motion.at
+        offset = at.foot_position - at.com_position[..., None, :]
+        if self.terrain is None:
+            return in_yaw_frame(offset, at.euler[..., :1])
+        _, wanted = wanted_pose(ground_under_feet(self.schedule, self.motion), at.euler[..., 0])
+        return in_base_frame(offset, wanted)
+
+    def standing_pose(self, at: Samples, yaw: Array) -> tuple[Array, Array]:
+        """Height of the CoM (n,), m, and angles of the base (n, 3), rad, over feet that all stand."""
+        if self.terrain is None:
+            level = np.stack([yaw, np.zeros_like(yaw), np.zeros_like(yaw)], axis=-1)
+            return np.full_like(yaw, self.scenario.height), level
+        ground, wanted = wanted_pose(at.foot_position, yaw)
+        return ground + self.robot.height, wanted
 
     @cached_property
     def steering(self) -> Array:

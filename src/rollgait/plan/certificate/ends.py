@@ -8,8 +8,7 @@ import numpy as np
 
 from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.case import Case
-from rollgait.plan.certificate.physics import Array, in_yaw_frame
-from rollgait.plan.certificate.pose import wanted_pose
+from rollgait.plan.certificate.physics import Array, in_base_frame, in_yaw_frame
 from rollgait.plan.certificate.rows import Row, measured
 
 
@@ -20,12 +19,11 @@ def check_start(case: Case) -> Iterator[Row]:
     """
     begin, scenario = case.plan.sample([0.0]), case.scenario
     yaw = np.radians(scenario.start.yaw_deg)
-    ground, pitch, roll = wanted_pose(case, begin)
-    com = np.array([scenario.start.x, scenario.start.y, ground + case.robot.height])
-    wanted = np.array([yaw, pitch, roll])
+    height, wanted = case.standing_pose(begin, np.array([yaw]))
+    com = np.array([scenario.start.x, scenario.start.y, height[0]])
     feet = _norm(begin.foot_position - com - in_yaw_frame(case.robot.stance, np.asarray(-yaw)))
     if case.terrain is not None:  # how far below the base they are the ground says
-        place = case.from_base(begin.foot_position, com[None], wanted[None])
+        place = in_base_frame(begin.foot_position - com, wanted)
         feet = _norm((place - case.robot.stance)[..., :2])
     time = begin.time
     yield from measured(
@@ -144,12 +142,12 @@ def check_rest(case: Case) -> Iterator[Row]:
         end.time,
         promised=level,
     )
-    _, pitch, roll = wanted_pose(case, end)
+    _, wanted = case.standing_pose(end, end.euler[:, 0])
     yield from measured(
         "end_level",
         "larger of pitch and roll at the end, against those that the ground asks for",
         "rad",
-        np.abs(end.euler[:, 1:] - [pitch, roll]).max(axis=-1),
+        np.abs(end.euler - wanted).max(axis=-1),
         tol.END_ANGLE,
         end.time,
         promised=level,
@@ -159,8 +157,9 @@ def check_rest(case: Case) -> Iterator[Row]:
 def check_final_stance(case: Case) -> Iterator[Row]:
     """The robot ends in its nominal stance."""
     end = case.plan.sample([case.plan.horizon])
-    place = case.from_base(end.foot_position, end.com_position, end.euler)
-    ground, _, _ = wanted_pose(case, end)
+    height, wanted = case.standing_pose(end, end.euler[:, 0])
+    offset = end.foot_position - end.com_position[:, None, :]
+    place = in_yaw_frame(offset, end.euler[:, :1]) if case.terrain is None else in_base_frame(offset, wanted)
     # a foot that never swings cannot choose its place: a point foot stays, a fixed wheel only rolls along
     swings = ~case.schedule.contact.all(axis=1)
     rolls_along = case.feet("fixed") & ~swings
@@ -181,7 +180,7 @@ def check_final_stance(case: Case) -> Iterator[Row]:
         "end_height",
         "height of the CoM at the end against the nominal stance",
         "m",
-        np.abs(end.com_position[:, 2] - (ground + case.robot.height)),
+        np.abs(end.com_position[:, 2] - height),
         tol.END_POSITION,
         end.time,
         promised=case.has("height_at_end"),

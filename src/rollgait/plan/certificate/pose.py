@@ -1,4 +1,4 @@
-"""How high and how tilted the base should stand over its feet."""
+"""How high and how tilted the base should stand over its feet, on ground that is not flat."""
 
 from __future__ import annotations
 
@@ -6,26 +6,38 @@ from typing import Final
 
 import numpy as np
 
-from rollgait.plan.certificate.case import Case
-from rollgait.plan.samples import Samples
+from rollgait.plan.certificate.motion import DenseMotion
+from rollgait.plan.certificate.physics import Array
+from rollgait.scenario.schedule import ContactSchedule
 
 TILT_SHARE: Final = 0.6
 """Share of the slope under its feet that the base takes (docs/terrain.md)."""
 
 
-def wanted_pose(case: Case, at: Samples) -> tuple[float, float, float]:
-    """The height (m) over which the CoM should be at its nominal one, and pitch and roll (rad).
+def wanted_pose(feet: Array, yaw: Array) -> tuple[Array, Array]:
+    """The height (…) over which the CoM should be at its nominal one, and the angles of the base (…, 3), rad.
 
     Args:
-        case: says whether the ground is flat: then it is the height of that, and level.
-        at: one sample, (1, …): of this the feet on the ground and the yaw count.
+        feet: places of the ground under the feet, (…, 4, 3), m.
+        yaw: of the base, (…), rad.
     """
-    if case.terrain is None:
-        return case.scenario.ground.height, 0.0, 0.0
-    feet, yaw = at.foot_position[0], float(at.euler[0, 0])
-    spread = feet - feet.mean(axis=0)
-    slope = np.linalg.pinv(spread[:, :2], rcond=1e-9) @ spread[:, 2]
-    rise_ahead = slope[0] * np.cos(yaw) + slope[1] * np.sin(yaw)
-    rise_left = slope[1] * np.cos(yaw) - slope[0] * np.sin(yaw)
-    pitch, roll = -np.arctan(rise_ahead), np.arctan(rise_left)
-    return float(feet[:, 2].mean()), TILT_SHARE * float(pitch), TILT_SHARE * float(roll)
+    middle = feet.mean(axis=-2)
+    spread = feet - middle[..., None, :]
+    slope = np.einsum("...ij,...j->...i", np.linalg.pinv(spread[..., :2], rcond=1e-9), spread[..., 2])
+    c, s = np.cos(yaw), np.sin(yaw)
+    pitch = -TILT_SHARE * np.arctan(slope[..., 0] * c + slope[..., 1] * s)
+    roll = TILT_SHARE * np.arctan(slope[..., 1] * c - slope[..., 0] * s)
+    return middle[..., 2], np.stack([yaw, pitch, roll], axis=-1)
+
+
+def ground_under_feet(schedule: ContactSchedule, motion: DenseMotion) -> Array:
+    """Where feet stand, and in swing below them as if the ground rose evenly, (N, K, 4, 3), m."""
+    under = motion.at.foot_position.copy()
+    times = schedule.node_times
+    for swing in schedule.swings():
+        inside = slice(swing.lift_off, swing.touch_down)
+        begin, end = times[swing.lift_off], times[swing.touch_down]
+        passed = (motion.time[inside] - begin) / (end - begin)
+        z = under[inside, :, swing.leg, 2]
+        under[inside, :, swing.leg, 2] = z[0, 0] + passed * (z[-1, -1] - z[0, 0])
+    return under
