@@ -21,6 +21,7 @@ LEG = ["x", "y", "z", "heading", "fx", "fy", "fz", "speed", "heading_rate", "hei
 LEGS = ("FL", "FR", "HL", "HR")
 COLUMNS = HEAD + [f"{leg}_{name}" for leg in LEGS for name in LEG]
 ACROSS = [f"{leg}_{name}" for leg in LEGS for name in ("vx", "vy")]
+TOUCH = [f"{leg}_{name}" for leg in LEGS for name in ("cx", "cy", "cz", "nx", "ny", "nz")]
 
 
 def plan_with(feet: str) -> Plan:
@@ -35,7 +36,12 @@ def read(path: Path) -> tuple[list[str], list[list[str]]]:
 
 
 @pytest.mark.parametrize(
-    ("feet", "names"), [("steerable", COLUMNS), ("fixed", COLUMNS + ACROSS), ("point", COLUMNS + ACROSS)]
+    ("feet", "names"),
+    [
+        ("steerable", COLUMNS + TOUCH),
+        ("fixed", COLUMNS + ACROSS + TOUCH),
+        ("point", COLUMNS + ACROSS + TOUCH),
+    ],
 )
 def test_columns_and_rows(feet: str, names: list[str], tmp_path: Path) -> None:
     plan = plan_with(feet)
@@ -64,6 +70,8 @@ def test_every_number_comes_back_to_the_last_digit(feet: str, tmp_path: Path) ->
         for axis, letter in enumerate("xyz"):
             expected[f"{leg}_{letter}"] = s.foot_position[:, i, axis]
             expected[f"{leg}_f{letter}"] = s.force[:, i, axis]
+            expected[f"{leg}_c{letter}"] = s.contact_position[:, i, axis]
+            expected[f"{leg}_n{letter}"] = s.contact_normal[:, i, axis]
         expected[f"{leg}_heading"] = s.heading[:, i]
         expected[f"{leg}_speed"] = s.speed[:, i]
         expected[f"{leg}_heading_rate"] = s.heading_rate[:, i]

@@ -1,10 +1,12 @@
 """A plan as comma-separated values: one row per sample, SI units, angles in rad, world frame.
 
 Columns: `time`; the CoM `com_x … com_z`; `yaw, pitch, roll`; their rates `com_vx … com_vz` and `yaw_rate,
-pitch_rate, roll_rate` (rates of the Euler angles); then for each leg of FL, FR, HL, HR the contact point
-`<leg>_x, _y, _z`, the heading, the contact force on the robot `_fx, _fy, _fz`, the speed along the heading,
-`_heading_rate`, `_height_rate`, and `_contact` (1 in stance, 0 in swing). Heading and speed of a point foot
-are 0; feet that may move across a heading (`point`, `fixed`) add `<leg>_vx, <leg>_vy` at the end of the row.
+pitch_rate, roll_rate` (rates of the Euler angles); then for each leg of FL, FR, HL, HR the lowest point of
+the wheel's rim `<leg>_x, _y, _z`, the heading, the contact force on the robot `_fx, _fy, _fz`, the speed
+along the heading, `_heading_rate`, `_height_rate`, and `_contact` (1 in stance, 0 in swing). Heading and
+speed of a point foot are 0; feet that may move across a heading (`point`, `fixed`) add `<leg>_vx, <leg>_vy`
+behind them. At the end of the row stand for each leg where it touches the ground, `<leg>_cx, _cy, _cz`, and
+the unit normal there, `_nx, _ny, _nz`: on level ground the lowest point of the rim, and 0, 0, 1, as in swing.
 Numbers have all their digits: reading the file gives back the same doubles.
 """
 
@@ -53,6 +55,9 @@ def columns(samples: Samples, robot: Robot) -> dict[str, Array]:
     for leg, name in enumerate(LEG_NAMES):
         if robot.leg_list[leg].foot != "steerable":
             table |= _parts(s.foot_velocity[:, leg, :2], f"{name}_vx", f"{name}_vy")
+    for leg, name in enumerate(LEG_NAMES):
+        table |= _parts(s.contact_position[:, leg], f"{name}_cx", f"{name}_cy", f"{name}_cz")
+        table |= _parts(s.contact_normal[:, leg], f"{name}_nx", f"{name}_ny", f"{name}_nz")
     return table
 
 

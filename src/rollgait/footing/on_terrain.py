@@ -112,16 +112,17 @@ def standing(robot: Robot, regions: list[Regions], place: Array, yaw: float) -> 
     """How the robot stands at a place: the base (x, y, z, yaw, pitch, roll), and its feet (4, 3), m and rad.
 
     The base is as high over the mean ground under its feet, and tilted, as the ground asks for; the feet are
-    at their nominal places in the base frame.
+    at their nominal places in the base frame, as far below it as the ground is.
     """
     base = np.array([*place, 0.0, yaw, 0.0, 0.0])
-    feet = np.zeros((FEET, 3))
+    feet, in_base = np.zeros((FEET, 3)), robot.stance.copy()
     for _ in range(SETTLING):
-        feet[:, :2] = base[:2] + (robot.stance @ np.array(rotation(np, list(base[3:]))).T)[:, :2]
+        feet[:, :2] = base[:2] + (in_base @ np.array(rotation(np, list(base[3:]))).T)[:, :2]
         feet[:, 2] = [region.surface.height(*foot[:2]) for region, foot in zip(regions, feet, strict=True)]
         reference = base_reference(feet, yaw)
         base[2] = reference.ground + robot.height
         base[4:] = reference.pitch, reference.roll
+        in_base[:, 2] = ((feet - base[:3]) @ np.array(rotation(np, list(base[3:]))))[:, 2]
     return base, feet
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rollgait.dynamics.ground import FootGround
 from rollgait.dynamics.step import POINTS, Figures, FootInput, FootState, State, euler_rate, step
-from rollgait.plan.samples import Array, Samples
+from rollgait.plan.samples import Array, Samples, level_contact
 from rollgait.plan.trajectory import Trajectory, feet_in_world
 from rollgait.robot.robot import Robot
 
@@ -79,7 +79,9 @@ class CondensedTrajectory(Trajectory):
         foot = feet_in_world(robot, self.motion[k], heading, theta[:, 0], theta_rate[:, 0])
         position = np.stack([np.stack(f.p, axis=-1) for f in x.feet], axis=1)
         lift = np.stack([self._rate_at(k, i, tau) for i in range(4)], axis=-1)
+        contacts = level_contact(position)
         if grounds is not None:
+            contacts = _contacts(grounds, position)
             for i, ground in enumerate(grounds):
                 lift[:, i] += (
                     np.stack(ground.slope(position[:, i].T), axis=-1) * foot.velocity_xy[:, i]
@@ -97,6 +99,7 @@ class CondensedTrajectory(Trajectory):
             speed=foot.speed,
             force=self.force[k],
             contact=self.contact[k],
+            **contacts,
         )
 
     @cached_property
@@ -134,3 +137,15 @@ class CondensedTrajectory(Trajectory):
             **dict.fromkeys(("motion", "lift_rate"), ("f", (count, 4, 2))),
             "ground": ("f", (count, 4, 10)),
         }
+
+
+def _contacts(grounds: list[FootGround], position: Array) -> dict[str, Array]:
+    """Where feet (n, 4, 3) touch the ground, and its normals there: fields of `Samples`."""
+
+    def stacked(vectors: list[list[Array]]) -> Array:
+        return np.stack([np.stack(vector, axis=-1) for vector in vectors], axis=1)
+
+    return {
+        "contact_position": position + stacked([ground.contact_offset(np) for ground in grounds]),
+        "contact_normal": stacked([ground.normal(np) for ground in grounds]),
+    }

@@ -26,13 +26,16 @@ class Samples:
         euler: θ = (yaw, pitch, roll), (n, 3), rad, R = Rz(yaw) Ry(pitch) Rx(roll).
         com_velocity: ṙ, (n, 3), m/s.
         euler_rate: θ̇, (n, 3), rad/s.
-        foot_position: p, contact points, (n, 4, 3), m.
+        foot_position: p, lowest points of the wheels' rims, (n, 4, 3), m; on level ground the contact points.
         foot_velocity: ṗ, (n, 4, 3), m/s.
         heading: σ, (n, 4), rad; 0 for point feet.
         heading_rate: σ̇, (n, 4), rad/s; 0 for point feet.
         speed: v along the heading, (n, 4), m/s; 0 for point feet.
         force: f, contact force on the robot, (n, 4, 3), N.
         contact: whether the foot is in stance, (n, 4), bool.
+        contact_position: where a foot that stands touches the ground, p + R (e_z − n), (n, 4, 3), m; p in
+            swing.
+        contact_normal: n, unit normal of the ground there, upwards, (n, 4, 3); e_z in swing.
     """
 
     time: Array
@@ -47,10 +50,18 @@ class Samples:
     speed: Array
     force: Array
     contact: NDArray[np.bool_]
+    contact_position: Array
+    contact_normal: Array
 
     def at(self, index: Any) -> Samples:
         """The samples at an index or slice of the first axis."""
         return Samples(**{f.name: getattr(self, f.name)[index] for f in fields(self)})
+
+
+def level_contact(foot_position: Array) -> dict[str, Array]:
+    """The fields of contacts on level ground: at the lowest points of the feet, (n, 4, 3), m."""
+    up = np.broadcast_to([0.0, 0.0, 1.0], foot_position.shape)
+    return {"contact_position": foot_position, "contact_normal": up}
 
 
 SAMPLES_LAYOUT: Final[Layout] = {
@@ -60,5 +71,6 @@ SAMPLES_LAYOUT: Final[Layout] = {
     **dict.fromkeys(("heading", "heading_rate", "speed"), ("f", ("n", 4))),
     "force": ("f", ("n", 4, 3)),
     "contact": ("b", ("n", 4)),
+    **dict.fromkeys(("contact_position", "contact_normal"), ("f", ("n", 4, 3))),
 }
 """Samples as arrays in a file."""

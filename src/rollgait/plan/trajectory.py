@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rollgait.dynamics.foot import planar_motion
 from rollgait.errors import InputError
 from rollgait.npz import KINDS
-from rollgait.plan.samples import Array, Samples
+from rollgait.plan.samples import Array, Samples, level_contact
 from rollgait.polynomials import HEIGHT_POINTS, STATE_POINTS, gauss_points, lagrange
 from rollgait.robot.robot import Robot
 from rollgait.scenario.mesh import Mesh
@@ -117,19 +117,21 @@ class CollocationTrajectory(Trajectory):
         z_rate = np.einsum("ns,nsl->nl", height_slope, self.foot_z[k]) / self.lengths[k, None]
         heading = np.einsum("ns,nsl->nl", state, self.heading[k])
         foot = feet_in_world(robot, self.motion[k], heading, base[:, 3], base_rate[:, 3])
+        position = np.concatenate([xy, z[..., None]], axis=-1)
         return Samples(
             time=times,
             com_position=base[:, :3],
             euler=base[:, 3:],
             com_velocity=base_rate[:, :3],
             euler_rate=base_rate[:, 3:],
-            foot_position=np.concatenate([xy, z[..., None]], axis=-1),
+            foot_position=position,
             foot_velocity=np.concatenate([foot.velocity_xy, z_rate[..., None]], axis=-1),
             heading=foot.heading,
             heading_rate=foot.heading_rate,
             speed=foot.speed,
             force=self.force[k],
             contact=self.contact[k],
+            **level_contact(position),
         )
 
     @classmethod

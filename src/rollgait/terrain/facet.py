@@ -47,8 +47,9 @@ class Facet:
 
     def contains(self, points: Array) -> NDArray[np.bool_]:
         """Which points (n, 2) it lies under or over; its border belongs to it."""
-        low, high = self.box
-        inside = np.asarray(((points >= low - 1e-6) & (points <= high + 1e-6)).all(axis=1))
+        (x0, y0), (x1, y1) = self.box[0] - 1e-6, self.box[1] + 1e-6
+        x, y = points.T
+        inside = np.asarray((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))
         inside[inside] = contains(self.polygon, points[inside])
         return inside
 

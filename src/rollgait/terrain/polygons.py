@@ -53,8 +53,11 @@ def inward(begin: Array, end: Array) -> Array:
 def contains(polygon: Array, points: Array, slack: float = ON_LINE) -> NDArray[np.bool_]:
     """Which points, (n, 2), lie inside, or outside by no more than `slack` (m)."""
     begin, end = edges(polygon)
-    depth = np.einsum("ek,nek->ne", inward(begin, end), points[:, None] - begin[None])
-    return np.asarray((depth >= -slack).all(axis=1))
+    x, y = points.T
+    result = np.ones(len(points), dtype=bool)
+    for (x0, y0), (nx, ny) in zip(begin, inward(begin, end), strict=True):  # few edges, many points
+        result &= nx * (x - x0) + ny * (y - y0) >= -slack
+    return result
 
 
 def clip(polygon: Array, point: Array, normal: Array) -> Array | None:

@@ -148,5 +148,5 @@ def _layout(header: _Header) -> Layout:
 
 
 _FILE = ArchiveFormat(
-    "rollgait-joints", 1, "joints", "is not a joint trajectory that rollgait saved", _Header, _layout
+    "rollgait-joints", 2, "joints", "is not a joint trajectory that rollgait saved", _Header, _layout
 )

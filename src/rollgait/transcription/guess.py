@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from rollgait.dynamics.foot import planar_inputs
 from rollgait.ocp.lift import lift, minimum_jerk
 from rollgait.ocp.problem import Problem
-from rollgait.plan.samples import Samples
+from rollgait.plan.samples import Samples, level_contact
 from rollgait.robot.robot import Robot
 from rollgait.transcription.headings import headings_along, rate_limited
 
@@ -190,19 +190,21 @@ class _Guess:
         rolls = np.array([leg.foot != "point" for leg in problem.robot.leg_list])
         steers = np.array([leg.foot == "steerable" for leg in problem.robot.leg_list])
         speed = np.where(rolls, along, 0.0)
+        foot = np.concatenate([xy, height[..., None]], axis=-1)
         return Samples(
             time=times,
             com_position=base[:, :3],
             euler=base[:, 3:],
             com_velocity=base_rate[:, :3],
             euler_rate=base_rate[:, 3:],
-            foot_position=np.concatenate([xy, height[..., None]], axis=-1),
+            foot_position=foot,
             foot_velocity=np.concatenate([xy_rate, height_rate[..., None]], axis=-1),
             heading=heading,
             heading_rate=np.where(steers, _interpolate(times, self.grid, self.heading_rate), 0.0),
             speed=speed,
             force=self._static_forces(base, xy, contact),
             contact=contact,
+            **level_contact(foot),
         )
 
     def _heights(

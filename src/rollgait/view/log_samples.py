@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from rollgait.plan.samples import Array, Samples
+from rollgait.plan.samples import Array, Samples, level_contact
 from rollgait.robot.urdf_feet import FootShape, measure_foot
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.robot.whole_body import find_whole_body
@@ -53,6 +53,7 @@ def samples_of_log(log: SimulationLog, index: NDArray[np.intp], times: Array) ->
         speed=speed,
         force=log.force[index],
         contact=log.force[index][..., 2] > CONTACT_FORCE,
+        **level_contact(foot),
     )
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from rollgait.mpc.log import MpcLog
-from rollgait.plan.samples import Array, Samples
+from rollgait.plan.samples import Array, Samples, level_contact
 from rollgait.terrain import Terrain
 from rollgait.view.clip import FRICTION, Clip, Joints, frame_times
 from rollgait.view.marks import MOST, Mark
@@ -37,6 +37,7 @@ def clip_of_mpc(log: MpcLog, name: str) -> Clip:
         speed=log.speed[row],
         force=log.force[row],
         contact=log.contact[row],
+        **level_contact(foot),
     )
     report = log.report()
     return Clip(

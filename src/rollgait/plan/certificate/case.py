@@ -9,12 +9,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.plan.certificate.contacts import Contacts, contacts_on
 from rollgait.plan.certificate.judged import Judged
 from rollgait.plan.certificate.motion import DenseMotion
-from rollgait.plan.certificate.physics import Array, in_yaw_frame
+from rollgait.plan.certificate.physics import Array, in_base_frame, in_yaw_frame
+from rollgait.plan.certificate.pose import ground_under_feet, wanted_pose
+from rollgait.plan.samples import Samples
 from rollgait.robot.robot import FootKind, Leg, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
+from rollgait.terrain.terrain import Terrain
 
 
 @dataclass(frozen=True)
@@ -62,10 +66,40 @@ class Case:
         return np.array([leg.heading if leg.foot == "fixed" else 0.0 for leg in self.legs])
 
     @cached_property
-    def foot_base_yaw(self) -> Array:
-        """Rzᵀ(p − r), (N, K, 4, 3), m."""
+    def terrain(self) -> Terrain | None:
+        """The raw ground; None if it is flat."""
+        return None if self.scenario.ground.kind == "flat" else self.scenario.terrain
+
+    @cached_property
+    def contacts(self) -> Contacts | None:
+        """What feet touch on ground that is not flat."""
+        return None if self.terrain is None else contacts_on(self.terrain, self.robot, self.motion)
+
+    @property
+    def radius(self) -> Array:
+        """R of the wheels or of the balls of point feet, (4,), m."""
+        return np.array([leg.foot_radius for leg in self.legs])
+
+    @cached_property
+    def foot_base(self) -> Array:
+        """p − r seen from the base, as if it were tilted as the ground asks for, (N, K, 4, 3), m.
+
+        On flat ground that is level: Rzᵀ(p − r).
+        """
         at = self.motion.at
-        return in_yaw_frame(at.foot_position - at.com_position[..., None, :], at.euler[..., :1])
+        offset = at.foot_position - at.com_position[..., None, :]
+        if self.terrain is None:
+            return in_yaw_frame(offset, at.euler[..., :1])
+        _, wanted = wanted_pose(ground_under_feet(self.schedule, self.motion), at.euler[..., 0])
+        return in_base_frame(offset, wanted)
+
+    def standing_pose(self, at: Samples, yaw: Array) -> tuple[Array, Array]:
+        """Height of the CoM (n,), m, and angles of the base (n, 3), rad, over feet that all stand."""
+        if self.terrain is None:
+            level = np.stack([yaw, np.zeros_like(yaw), np.zeros_like(yaw)], axis=-1)
+            return np.full_like(yaw, self.scenario.height), level
+        ground, wanted = wanted_pose(at.foot_position, yaw)
+        return ground + self.robot.height, wanted
 
     @cached_property
     def steering(self) -> Array:

@@ -65,9 +65,9 @@ def check_defects(case: Case) -> Iterator[Row]:
     )
     yield from measured(
         "foot_defect",
-        "contact points against their integrated speeds, per interval",
+        "feet against their integrated speeds, per interval",
         "m",
-        apart(integrated.foot, planned.foot),
+        _feet_apart(case, integrated.foot - planned.foot),
         tol.DEFECT_POSITION,
         time,
     )
@@ -136,7 +136,17 @@ def _planned_inputs(case: Case) -> Inputs:
     """What drives the motion, (N, K)."""
     at = case.motion.at
     along, across = case.planar_speeds
-    return Inputs(at.force, along, across, at.foot_velocity[..., 2], at.heading_rate)
+    contacts = case.contacts
+    contact = None if contacts is None else contacts.position - at.foot_position
+    return Inputs(at.force, along, across, at.foot_velocity[..., 2], at.heading_rate, contact)
+
+
+def _feet_apart(case: Case, difference: Array) -> Array:
+    """(N, K + 1, 4), m. Of feet that stand on ground that is not flat in the plane: their height it gives."""
+    if case.terrain is not None:
+        difference = difference.copy()
+        difference[..., 2][np.broadcast_to(case.motion.in_stance, difference.shape[:-1])] = 0.0
+    return np.asarray(np.linalg.norm(difference, axis=-1))
 
 
 def _with_next(values: Array) -> Array:

@@ -8,16 +8,23 @@ import numpy as np
 
 from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.case import Case
-from rollgait.plan.certificate.physics import Array, in_yaw_frame
+from rollgait.plan.certificate.physics import Array, in_base_frame, in_yaw_frame
 from rollgait.plan.certificate.rows import Row, measured
 
 
 def check_start(case: Case) -> Iterator[Row]:
-    """At t = 0 the robot stands where the scenario says, at rest, level, its feet at their nominal places."""
+    """At t = 0 the robot stands where the scenario says, at rest, its feet at their nominal places.
+
+    It is level, or tilted as the ground asks for.
+    """
     begin, scenario = case.plan.sample([0.0]), case.scenario
     yaw = np.radians(scenario.start.yaw_deg)
-    com = np.array([scenario.start.x, scenario.start.y, scenario.height])
-    nominal = com + in_yaw_frame(case.robot.stance, np.asarray(-yaw))
+    height, wanted = case.standing_pose(begin, np.array([yaw]))
+    com = np.array([scenario.start.x, scenario.start.y, height[0]])
+    feet = _norm(begin.foot_position - com - in_yaw_frame(case.robot.stance, np.asarray(-yaw)))
+    if case.terrain is not None:  # how far below the base they are the ground says
+        place = in_base_frame(begin.foot_position - com, wanted)
+        feet = _norm((place - case.robot.stance)[..., :2])
     time = begin.time
     yield from measured(
         "start_position",
@@ -32,7 +39,7 @@ def check_start(case: Case) -> Iterator[Row]:
         "start_angle",
         "orientation at the start",
         "rad",
-        _norm(begin.euler - np.array([yaw, 0.0, 0.0])),
+        _norm(begin.euler - wanted),
         tol.END_ANGLE,
         time,
         promised=case.has("start"),
@@ -59,7 +66,7 @@ def check_start(case: Case) -> Iterator[Row]:
         "start_feet",
         "feet at the start against the nominal stance",
         "m",
-        _norm(begin.foot_position - nominal),
+        feet,
         tol.START_POSITION,
         time,
         promised=case.has("foot_start"),
@@ -135,11 +142,12 @@ def check_rest(case: Case) -> Iterator[Row]:
         end.time,
         promised=level,
     )
+    _, wanted = case.standing_pose(end, end.euler[:, 0])
     yield from measured(
         "end_level",
-        "larger of pitch and roll at the end",
+        "larger of pitch and roll at the end, against those that the ground asks for",
         "rad",
-        np.abs(end.euler[:, 1:]).max(axis=-1),
+        np.abs(end.euler - wanted).max(axis=-1),
         tol.END_ANGLE,
         end.time,
         promised=level,
@@ -149,7 +157,9 @@ def check_rest(case: Case) -> Iterator[Row]:
 def check_final_stance(case: Case) -> Iterator[Row]:
     """The robot ends in its nominal stance."""
     end = case.plan.sample([case.plan.horizon])
-    place = in_yaw_frame(end.foot_position - end.com_position[:, None, :], end.euler[:, :1])
+    height, wanted = case.standing_pose(end, end.euler[:, 0])
+    offset = end.foot_position - end.com_position[:, None, :]
+    place = in_yaw_frame(offset, end.euler[:, :1]) if case.terrain is None else in_base_frame(offset, wanted)
     # a foot that never swings cannot choose its place: a point foot stays, a fixed wheel only rolls along
     swings = ~case.schedule.contact.all(axis=1)
     rolls_along = case.feet("fixed") & ~swings
@@ -170,7 +180,7 @@ def check_final_stance(case: Case) -> Iterator[Row]:
         "end_height",
         "height of the CoM at the end against the nominal stance",
         "m",
-        np.abs(end.com_position[:, 2] - case.scenario.height),
+        np.abs(end.com_position[:, 2] - height),
         tol.END_POSITION,
         end.time,
         promised=case.has("height_at_end"),

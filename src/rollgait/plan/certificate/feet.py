@@ -8,25 +8,28 @@ import numpy as np
 
 from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.case import Case
+from rollgait.plan.certificate.contacts import in_contact_frame
 from rollgait.plan.certificate.physics import in_yaw_frame
 from rollgait.plan.certificate.rows import Row, measured
+from rollgait.plan.certificate.wheels import STEEP, STEP_MAX
 from rollgait.robot.robot import LEG_NAMES
+from rollgait.scenario.schedule import SwingPhase
 
 
 def check_stance(case: Case) -> Iterator[Row]:
     """Feet in stance stay on the ground and do not slip."""
     motion = case.motion
-    height = motion.at.foot_position[..., 2] - case.scenario.ground.height
-    yield from measured(
-        "stance_height",
-        "height of feet in stance off the ground",
-        "m",
-        np.abs(height),
-        tol.HEIGHT,
-        motion.time,
-        where=motion.in_stance,
-        promised=case.has("stance_height"),
-    )
+    if case.terrain is None:  # else it is for `check_ground` to say
+        yield from measured(
+            "stance_height",
+            "height of feet in stance off the ground",
+            "m",
+            np.abs(motion.at.foot_position[..., 2] - case.scenario.ground.height),
+            tol.HEIGHT,
+            motion.time,
+            where=motion.in_stance,
+            promised=case.has("stance_height"),
+        )
     speed = np.where(case.feet("point"), 0.0, motion.at.speed)
     rolling = np.stack([speed * np.cos(motion.at.heading), speed * np.sin(motion.at.heading)], axis=-1)
     yield from measured(
@@ -48,12 +51,13 @@ def check_swing(case: Case) -> Iterator[Row]:
     if not swings:
         return
     clearance, touch_down = np.full((2, case.schedule.intervals + 1, len(LEG_NAMES)), np.nan)
-    middle = ground + case.scenario.clearance
-    foot_z, foot_vz = motion.at.foot_position[..., 2], motion.path_velocity[..., 2]
+    foot_z = motion.at.foot_position[..., 2]
     for swing in swings:
+        lowest, highest = _asked_at_the_middle(case, swing)
         both_sides = np.array([foot_z[swing.middle - 1, -1, swing.leg], foot_z[swing.middle, 0, swing.leg]])
-        clearance[swing.middle, swing.leg] = np.abs(both_sides - middle).max()
-        touch_down[swing.touch_down, swing.leg] = abs(foot_vz[swing.touch_down - 1, -1, swing.leg])
+        missed = np.maximum(lowest - both_sides, both_sides - highest)
+        clearance[swing.middle, swing.leg] = np.maximum(missed, 0.0).max()
+        touch_down[swing.touch_down, swing.leg] = abs(_sinking(case, swing))
     nodes = case.schedule.node_times
     yield from measured(
         "swing_clearance",
@@ -65,16 +69,17 @@ def check_swing(case: Case) -> Iterator[Row]:
         where=~np.isnan(clearance),
         promised=case.has("clearance"),
     )
-    yield from measured(
-        "swing_ground",
-        "depth of feet in swing below the ground",
-        "m",
-        np.maximum(ground - foot_z, 0.0),
-        tol.HEIGHT,
-        motion.time,
-        where=~motion.in_stance,
-        promised=case.has("ground"),
-    )
+    if case.terrain is None:
+        yield from measured(
+            "swing_ground",
+            "depth of feet in swing below the ground",
+            "m",
+            np.maximum(ground - foot_z, 0.0),
+            tol.HEIGHT,
+            motion.time,
+            where=~motion.in_stance,
+            promised=case.has("ground"),
+        )
     limit = case.bound("touchdown_speed")
     yield from measured(
         "touchdown_speed",
@@ -88,12 +93,50 @@ def check_swing(case: Case) -> Iterator[Row]:
     )
 
 
+def _asked_at_the_middle(case: Case, swing: SwingPhase) -> tuple[float, float]:
+    """Lowest and highest z that are asked of a foot in mid-swing, m.
+
+    On flat ground it is the clearance. Else it is that at least, over the ground right below, or over the
+    highest on the way if that jumps or stands out.
+    """
+    terrain, z_fly = case.terrain, case.scenario.clearance
+    if terrain is None:
+        height = case.scenario.ground.height + z_fly
+        return height, height
+    path = case.motion.at.foot_position[swing.lift_off : swing.touch_down, :, swing.leg, :2].reshape(-1, 2)
+    heights = terrain.height(path[:, 0], path[:, 1])
+    way = np.linalg.norm(np.diff(path, axis=0), axis=-1)
+    rises = np.abs(np.diff(heights))
+    steepest = STEEP * terrain.friction_at(path[1:, 0], path[1:, 1])
+    top = float(np.nanmax(heights))
+    level = float(terrain.height(*case.motion.at.foot_position[swing.middle, 0, swing.leg, :2]))
+    jumps = bool((rises > STEP_MAX + steepest * way).any())
+    if jumps or np.isnan(level) or top > max(heights[0], heights[-1]) + tol.STANDS_OUT:
+        level = top
+    return level + z_fly, np.inf
+
+
+def _sinking(case: Case, swing: SwingPhase) -> float:
+    """Vertical speed at touch-down, relative to the ground below the foot as it moves, m/s."""
+    motion, before = case.motion, swing.touch_down - 1
+    velocity = motion.path_velocity[before, -1, swing.leg]
+    if case.contacts is None:
+        return float(velocity[2])
+    n = case.contacts.normal[min(swing.touch_down, len(motion.stance) - 1), 0, swing.leg]
+    return float(velocity @ n / n[2])
+
+
 def check_forces(case: Case) -> Iterator[Row]:
     """Contact forces in the contact frame: along the heading, across it, normal (point feet: world axes)."""
-    motion, ground = case.motion, case.scenario.ground
+    motion, contacts = case.motion, case.contacts
     heading = np.where(case.feet("point"), 0.0, motion.at.heading)
-    along, across, normal = np.moveaxis(in_yaw_frame(motion.at.force, heading), -1, 0)
-    mu = ground.friction / (np.sqrt(2.0) if case.scenario.bounds.inscribed else 1.0)
+    if contacts is None:
+        force, friction = in_yaw_frame(motion.at.force, heading), np.asarray(case.scenario.ground.friction)
+    else:
+        force = in_contact_frame(motion.at.force, contacts.normal, heading)
+        friction = contacts.friction
+    along, across, normal = np.moveaxis(force, -1, 0)
+    mu = friction / (np.sqrt(2.0) if case.scenario.bounds.inscribed else 1.0)
     yield from measured(
         "friction_margin",
         "friction that is left: μ fz − max(|fx|, |fy|)",

@@ -12,6 +12,7 @@ from rollgait.plan.certificate.case import Case
 from rollgait.plan.certificate.defects import check_defects
 from rollgait.plan.certificate.ends import check_final_stance, check_goal, check_rest, check_start
 from rollgait.plan.certificate.feet import check_forces, check_stance, check_swing
+from rollgait.plan.certificate.ground import check_ground
 from rollgait.plan.certificate.judged import Judged
 from rollgait.plan.certificate.limits import (
     check_accelerations,
@@ -28,6 +29,7 @@ CHECKS: tuple[Callable[[Case], Iterator[Row]], ...] = (
     check_defects,
     check_stance,
     check_swing,
+    check_ground,
     check_forces,
     check_support,
     check_box,

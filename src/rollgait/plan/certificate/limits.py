@@ -8,7 +8,8 @@ import numpy as np
 
 from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.case import Case
-from rollgait.plan.certificate.physics import Array, rotation_world_base
+from rollgait.plan.certificate.contacts import slope_along
+from rollgait.plan.certificate.physics import Array, in_base_frame
 from rollgait.plan.certificate.rows import Row, measured
 from rollgait.robot.robot import Limb
 
@@ -16,10 +17,9 @@ from rollgait.robot.robot import Limb
 def check_box(case: Case) -> Iterator[Row]:
     """Every foot stays in its box, stance and swing."""
     at = case.motion.at
-    place = case.foot_base_yaw
+    place = case.foot_base
     if case.scenario.bounds.full_rotation:
-        offset = at.foot_position - at.com_position[..., None, :]
-        place = np.einsum("nkji,nklj->nkli", rotation_world_base(at.euler), offset)
+        place = in_base_frame(at.foot_position - at.com_position[..., None, :], at.euler)
     box = np.asarray(case.bound("box") or case.robot.box)
     yield from measured(
         "box_margin",
@@ -74,11 +74,14 @@ def check_speeds(case: Case) -> Iterator[Row]:
     """Speeds in stance and in swing; of feet that do not roll in swing the larger of the two components."""
     motion = case.motion
     speed = np.abs(motion.at.speed)
+    along_ground = speed
+    if case.contacts is not None:
+        along_ground = speed * np.hypot(1.0, slope_along(case.contacts.normal, motion.at.heading))
     yield from measured(
         "stance_speed_margin",
         "rolling speed in stance below its limit",
         "m/s",
-        np.array([case.scenario.speed_max(i) for i in range(len(case.legs))]) - speed,
+        np.array([case.scenario.speed_max(i) for i in range(len(case.legs))]) - along_ground,
         -tol.SPEED_MARGIN,
         motion.time,
         where=motion.in_stance & case.feet("steerable", "fixed"),
@@ -153,10 +156,10 @@ def check_joints(case: Case) -> Iterator[Row]:
     for i, leg in enumerate(case.legs):
         if leg.limb is None:
             continue
-        hip_yaw, ankle_yaw = joint_angles(leg.limb, case.foot_base_yaw[..., i, :], case.steering[..., i])
+        hip_yaw, ankle_yaw = joint_angles(leg.limb, case.foot_base[..., i, :], case.steering[..., i])
         hip_margin[..., i] = _inside(hip_yaw, leg.limb.hip_yaw) - guard
         ankle_margin[..., i] = _inside(ankle_yaw, leg.limb.steering_joint) - guard
-        extension, radius = reach(leg.limb, case.foot_base_yaw[..., i, :])
+        extension, radius = reach(leg.limb, case.foot_base[..., i, :])
         extension_margin[..., i] = _inside(extension, leg.limb.extension)
         radius_margin[..., i] = radius - leg.limb.radius_min
     steering = case.steers_by_joints
@@ -197,7 +200,7 @@ def joint_angles(limb: Limb, foot: Array, steering: Array) -> tuple[Array, Array
 
     Args:
         limb: figures of the leg.
-        foot: contact point from the CoM, base-yaw frame, (…, 3), m.
+        foot: contact point from the CoM, frame of the base, (…, 3), m.
         steering: σ − θz, (…), rad.
     """
     x, y = foot[..., 0] - limb.hip[0], foot[..., 1] - limb.hip[1]

@@ -52,6 +52,11 @@ def in_yaw_frame(vector: Array, yaw: Array) -> Array:
     return np.stack([c * x + s * y, c * y - s * x, np.broadcast_to(vector[..., 2], x.shape)], axis=-1)
 
 
+def in_base_frame(vector: Array, euler: Array) -> Array:
+    """World vectors (…, 4, 3) in the axes of a base with angles θ (…, 3): Rᵀ vector."""
+    return np.asarray(np.einsum("...ji,...lj->...li", rotation_world_base(euler), vector))
+
+
 @dataclass(frozen=True)
 class BodyState:
     """State of body and feet, world frame; `flat` puts it into one array for the integrator.
@@ -111,6 +116,7 @@ class Inputs:
         across: speed of a foot across its heading, to the left, (…, 4), m/s.
         climb: vertical speed of a foot, (…, 4), m/s.
         heading_rate: σ̇, (…, 4), rad/s.
+        contact: where the ground pushes a foot, from its lowest point, (…, 4, 3), m; None if right there.
     """
 
     force: Array
@@ -118,31 +124,38 @@ class Inputs:
     across: Array
     climb: Array
     heading_rate: Array
+    contact: Array | None = None
 
     def flat(self) -> Array:
-        """All of it, (…, 28)."""
+        """All of it, (…, 28), or (…, 40) with the contacts."""
         lead = self.along.shape[:-1]
-        return np.concatenate(
-            [self.force.reshape(*lead, 12), self.along, self.across, self.climb, self.heading_rate], axis=-1
-        )
+        parts = [self.force.reshape(*lead, 12), self.along, self.across, self.climb, self.heading_rate]
+        if self.contact is not None:
+            parts.append(self.contact.reshape(*lead, 12))
+        return np.concatenate(parts, axis=-1)
 
     @classmethod
     def from_flat(cls, u: Array) -> Inputs:
         """The inverse of `flat`."""
-        force = u[..., :12].reshape(*u.shape[:-1], 4, 3)
-        return cls(force, u[..., 12:16], u[..., 16:20], u[..., 20:24], u[..., 24:28])
+        feet = (*u.shape[:-1], 4, 3)
+        contact = u[..., 28:].reshape(feet) if u.shape[-1] > 28 else None
+        force = u[..., :12].reshape(feet)
+        return cls(force, u[..., 12:16], u[..., 16:20], u[..., 20:24], u[..., 24:28], contact)
 
 
 def derivative(robot: Robot, state: BodyState, inputs: Inputs) -> BodyState:
     """Time derivative of the state.
 
-    m r̈ = m g + Σ f;  I_W ω̇ + ω × I_W ω = Σ (p − r) × f with I_W = R I_B Rᵀ;  Ṙ = [ω]× R;
+    m r̈ = m g + Σ f;  I_W ω̇ + ω × I_W ω = Σ (c − r) × f with I_W = R I_B Rᵀ, c the contacts;  Ṙ = [ω]× R;
     ṗ = along (cos σ, sin σ) + across (−sin σ, cos σ), and the climb in z.
     """
     inertia_base = robot.inertia_matrix
     R, omega = state.rotation, state.angular_velocity
     acceleration = inputs.force.sum(axis=-2) / robot.mass - np.array([0.0, 0.0, GRAVITY])
-    torque = np.cross(state.foot - state.position[..., None, :], inputs.force).sum(axis=-2)
+    lever = state.foot - state.position[..., None, :]
+    if inputs.contact is not None:
+        lever = lever + inputs.contact
+    torque = np.cross(lever, inputs.force).sum(axis=-2)
     R_base_world = np.swapaxes(R, -1, -2)
     momentum = _apply(R, _apply(R_base_world, omega) @ inertia_base)
     balance = torque - np.cross(omega, momentum)

@@ -15,6 +15,25 @@ SLIP = 1e-3
 """m/s; far below what a rolling rubber wheel creeps."""
 HEIGHT = 5e-4
 """m; less than a tyre yields under the load."""
+KINK = 5e-3
+"""m; so far from its place the ground may bend in a plan, which takes it as smooth. Times the change of slope
+it is what wheels may be over or in the ground beside `HEIGHT`: 1.3 mm at 15°, 1.8 mm at 20°."""
+PLACE = 0.05
+"""m; so near to a kink nobody knows on which side of it a wheel stands: a robot misses its footholds by 3 cm,
+and maps are as coarse."""
+SLOPE = 0.02
+"""Of the ground, 1°: 2 mm in 10 cm, which no map tells."""
+EDGE = 0.029
+"""m; what a robot misses its footholds by, less the tolerated length: so far from edges feet stand."""
+KNOWN = 0.025
+"""m; so far around their contacts feet know the ground: `EDGE`, less what lies between two probes."""
+CONTACT = 0.01
+"""m; of the contacts that a plan states, a tenth of a usual radius of wheels: constant in an interval,
+in which a wheel may roll over a bend. (What that does to the motion is judged apart, as a defect.)"""
+SWING_DEPTH = 2e-3
+"""m; of rims in swing: where they leave the ground and come back to it a kink may be misplaced."""
+STANDS_OUT = 0.01
+"""m; what stands out of the ground between two footholds by more than this must be gone over."""
 CLEARANCE = 1e-3
 """m; 1 % of the usual clearance."""
 FORCE = 0.1

@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 from viser import MeshHandle, SceneApi
 
-from rollgait.plan.samples import Array, Samples
+from rollgait.plan.samples import Array, Samples, level_contact
 from rollgait.robot.robot import Robot
 from rollgait.terrain import Terrain
 from rollgait.view import shapes
@@ -308,6 +308,7 @@ def clip_of(robot: Robot, snapshot: Snapshot) -> Clip:
         speed=state.speed[None],
         force=snapshot.force[None],
         contact=snapshot.contact[None],
+        **level_contact(state.foot_position[None]),
     )
     joints = None
     if body is not None:

@@ -1,0 +1,43 @@
+"""How high and how tilted the base should stand over its feet, on ground that is not flat."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from rollgait.plan.certificate.motion import DenseMotion
+from rollgait.plan.certificate.physics import Array
+from rollgait.scenario.schedule import ContactSchedule
+
+TILT_SHARE: Final = 0.6
+"""Share of the slope under its feet that the base takes (docs/terrain.md)."""
+
+
+def wanted_pose(feet: Array, yaw: Array) -> tuple[Array, Array]:
+    """The height (…) over which the CoM should be at its nominal one, and the angles of the base (…, 3), rad.
+
+    Args:
+        feet: places of the ground under the feet, (…, 4, 3), m.
+        yaw: of the base, (…), rad.
+    """
+    middle = feet.mean(axis=-2)
+    spread = feet - middle[..., None, :]
+    slope = np.einsum("...ij,...j->...i", np.linalg.pinv(spread[..., :2], rcond=1e-9), spread[..., 2])
+    c, s = np.cos(yaw), np.sin(yaw)
+    pitch = -TILT_SHARE * np.arctan(slope[..., 0] * c + slope[..., 1] * s)
+    roll = TILT_SHARE * np.arctan(slope[..., 1] * c - slope[..., 0] * s)
+    return middle[..., 2], np.stack([yaw, pitch, roll], axis=-1)
+
+
+def ground_under_feet(schedule: ContactSchedule, motion: DenseMotion) -> Array:
+    """Where feet stand, and in swing below them as if the ground rose evenly, (N, K, 4, 3), m."""
+    under = motion.at.foot_position.copy()
+    times = schedule.node_times
+    for swing in schedule.swings():
+        inside = slice(swing.lift_off, swing.touch_down)
+        begin, end = times[swing.lift_off], times[swing.touch_down]
+        passed = (motion.time[inside] - begin) / (end - begin)
+        z = under[inside, :, swing.leg, 2]
+        under[inside, :, swing.leg, 2] = z[0, 0] + passed * (z[-1, -1] - z[0, 0])
+    return under
