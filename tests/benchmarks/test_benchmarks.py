@@ -16,7 +16,14 @@ PAGE = ROOT / "docs" / "benchmarks.md"
 
 @pytest.mark.parametrize(
     ("script", "rows"),
-    [("table1", 4), ("random_goals", 3), ("long_horizon", 2), ("whole_time", 3), ("random_scenarios", 7)],
+    [
+        ("table1", 4),
+        ("random_goals", 3),
+        ("long_horizon", 2),
+        ("whole_time", 3),
+        ("random_scenarios", 7),
+        ("pushes", 1),
+    ],
     ids=lambda value: str(value),
 )
 def test_quick_run_prints_its_table(script: str, rows: int) -> None:

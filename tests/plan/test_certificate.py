@@ -132,7 +132,7 @@ SPOILT: dict[str, list[Callable[[], Plan]]] = {
     ],
     "capture_margin": [
         lambda: b.asked(step(), bounds__capture_margin=0.04),
-        lambda: b.spoilt(step(), "base_rate", np.s_[5:15, :, 0], -0.2),
+        lambda: b.spoilt(step(), "base_rate", np.s_[5:15, :, 0], -0.4),
         lambda: b.spoilt(step(), "foot_xy", np.s_[7, 1:, [FL, FR, HR], 0], 0.02),
     ],
     "swing_force": [lambda: b.spoilt(step(), "force", (7, HL, 1), 1.0)],
