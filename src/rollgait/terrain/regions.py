@@ -20,6 +20,7 @@ from rollgait.terrain.convex_region import EVERY, REACH, SIDES, ConvexRegion, Ob
 from rollgait.terrain.edges import Border, borders, components, hard_edges
 from rollgait.terrain.height_map import HeightMap
 from rollgait.terrain.local_model import LocalModel, fit, pattern
+from rollgait.terrain.places import Places
 from rollgait.terrain.polygons import Array, nearest_on_segments
 from rollgait.terrain.terrain import Terrain
 from rollgait.terrain.wheel_surface import WheelSurface
@@ -161,8 +162,8 @@ class PlanarRegions(Regions):
     def _plane(self, points: Array) -> NDArray[np.intp]:
         """Number of the plane at each point."""
         result = np.full(len(points), -1, dtype=np.intp)
-        for number, plane in enumerate(self.terrain.planes):
-            result[plane.contains(points)] = number
+        for number, index in self.terrain.seen.under(points):
+            result[index] = number
         return result
 
     @cached_property
@@ -312,12 +313,16 @@ def _clear(obstacles: Obstacles, points: Array, labels: NDArray[np.intp]) -> NDA
     """Which points, each in a region, keep all clearances that count there."""
     result = np.ones(len(points), dtype=bool)
     o = obstacles
-    for begin, end, side, clearance, region in zip(
-        o.begin, o.end, o.side, o.clearance, o.region, strict=True
-    ):
-        nearest = nearest_on_segments(points, begin[None], end[None])[:, 0]
-        too_near = np.linalg.norm(points - nearest, axis=1) < clearance - 1e-9
-        result &= ~(too_near & (labels == region) & ((points - begin) @ side >= -1e-9))
+    places = Places(points)
+    low = np.minimum(o.begin, o.end) - o.clearance[:, None]
+    high = np.maximum(o.begin, o.end) + o.clearance[:, None]
+    for k in np.flatnonzero(((low <= places.high) & (high >= places.low)).all(axis=1)):
+        index = places.within(low[k], high[k])
+        index = index[labels[index] == o.region[k]]
+        near = points[index]
+        nearest = nearest_on_segments(near, o.begin[k, None], o.end[k, None])[:, 0]
+        too_near = np.linalg.norm(near - nearest, axis=1) < o.clearance[k] - 1e-9
+        result[index[too_near & ((near - o.begin[k]) @ o.side[k] >= -1e-9)]] = False
     return result
 
 

@@ -18,7 +18,7 @@ from rollgait.archive import ArchiveFormat
 from rollgait.config import Config, Number, Positive, validate
 from rollgait.errors import InputError
 from rollgait.npz import Layout
-from rollgait.terrain.facet import Facet, square, visible
+from rollgait.terrain.facet import Facet, Facets, square, visible
 from rollgait.terrain.height_map import MAX_CELLS, HeightMap
 from rollgait.terrain.parts import BasePart, Part
 from rollgait.terrain.polygons import Array, convex_hull, distance_to_hull
@@ -127,7 +127,9 @@ class Terrain:
             values = np.asarray(heights, dtype=float) * scale + offset
         except (TypeError, ValueError):
             raise InputError("ground.map", type(heights).__name__, "must be an array of numbers") from None
-        return cls(0.0, friction, _checked(parts), HeightMap(values, resolution, np.asarray(origin), yaw))
+        raster = HeightMap(values, resolution, np.asarray(origin), yaw)
+        raster.require_metres()
+        return cls(0.0, friction, _checked(parts), raster)
 
     # -- queries --
 
@@ -138,9 +140,10 @@ class Terrain:
         """
         points, shape = as_points(x, y)
         z = np.full(len(points), np.nan)
-        for source in self._sources(points):
-            where, heights = source[0], source[1]
-            z[where] = heights
+        if self.map is not None:
+            z = self.level + self.map.height(points)
+        for number, index in self._ground_facets.under(points):
+            z[index] = self._ground_facets.all[number].z(points[index])
         return z.reshape(shape)
 
     def slope(self, x: ArrayLike, y: ArrayLike) -> Array:
@@ -149,8 +152,8 @@ class Terrain:
         result = np.full((len(points), 2), np.nan)
         if self.map is not None:
             result = self.map.slope(points)
-        for facet in self._ground_facets:
-            result[facet.contains(points)] = facet.slope
+        for number, index in self._ground_facets.under(points):
+            result[index] = self._ground_facets.all[number].slope
         return result.reshape(*shape, 2)
 
     def normal(self, x: ArrayLike, y: ArrayLike) -> Array:
@@ -161,8 +164,8 @@ class Terrain:
         """μ at places that broadcast together, their shape."""
         points, shape = as_points(x, y)
         mu = np.full(len(points), self.friction)
-        for facet in self._ground_facets:
-            mu[facet.contains(points)] = facet.friction
+        for number, index in self._ground_facets.under(points):
+            mu[index] = self._ground_facets.all[number].friction
         return mu.reshape(shape)
 
     def known(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
@@ -177,7 +180,7 @@ class Terrain:
     @cached_property
     def planes(self) -> tuple[Facet, ...]:
         """The planar pieces that are seen from above. They do not overlap; without a map they are all."""
-        return visible(self._ground_facets)
+        return visible(self._ground_facets.all)
 
     @cached_property
     def _laid(self) -> tuple[Facet, ...]:
@@ -187,17 +190,15 @@ class Terrain:
         )
 
     @cached_property
-    def _ground_facets(self) -> tuple[Facet, ...]:
+    def _ground_facets(self) -> Facets:
         """All facets: without a map, first the plane that the parts lie on."""
-        return self._laid if self.map is not None else (square(self.level, self.friction), *self._laid)
+        plane = () if self.map is not None else (square(self.level, self.friction),)
+        return Facets((*plane, *self._laid))
 
-    def _sources(self, points: Array) -> Iterable[tuple[NDArray[np.bool_], Array]]:
-        """Which points each layer covers and their heights there, from the lowest layer to the highest."""
-        if self.map is not None:
-            yield np.ones(len(points), dtype=bool), self.level + self.map.height(points)
-        for facet in self._ground_facets:
-            where = facet.contains(points)
-            yield where, facet.z(points[where])
+    @cached_property
+    def seen(self) -> Facets:
+        """`planes` as facets that can be asked which of them are where."""
+        return Facets(self.planes)
 
     # -- other grounds made of it --
 
@@ -237,9 +238,8 @@ class Terrain:
         if np.prod(count.astype(float)) > MAX_CELLS:
             raise InputError("resolution", resolution, f"must leave at most {MAX_CELLS} cells")
         x, y = (c + resolution * np.arange(n) for c, n in zip(corner, count, strict=True))
-        return Terrain.from_map(
-            self.height(x[:, None], y[None, :]), resolution, corner, friction=self.friction
-        )
+        heights = HeightMap(self.height(x[:, None], y[None, :]), resolution, corner)
+        return Terrain(friction=self.friction, map=heights)
 
     def filled_under(self, feet: ArrayLike) -> Terrain:
         """A copy that knows the ground under a robot, where its own sensors could not see it.
