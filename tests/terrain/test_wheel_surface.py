@@ -171,8 +171,9 @@ def test_a_cliff_in_a_small_window_is_ground() -> None:
     points = places(5, 50, 0.2)
     part = WheelSurface(world, RADIUS, window).height(*points.T)
     np.testing.assert_allclose(part, WheelSurface(world, RADIUS).height(*points.T), atol=1e-12)
-    gap = Terrain.from_parts([Step(x=0.0, height=-3.0)])
-    assert np.ptp(gap.raster(0.04, *window).height(points[:, 0], points[:, 1])) == 3.0
+    raster = Terrain.from_parts([Step(x=0.0, height=-3.0)]).raster(0.04, *window)
+    assert raster.map is not None
+    assert np.ptp(raster.map.values) == 3.0
 
 
 def test_unknown_ground_lifts_no_wheel() -> None:

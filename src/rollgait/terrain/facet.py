@@ -87,7 +87,7 @@ class Facets:
         return boxes[:, 0], boxes[:, 1]
 
     def near(self, points: Array, reach: float = 0.0) -> Iterator[tuple[int, NDArray[np.intp]]]:
-        """The number of each facet, in their order, and which points (n, 2) lie in its box grown by `reach` (m).
+        """The number of each facet, in order, and which points (n, 2) lie in its box grown by `reach`, m.
 
         Facets with none are left out.
         """
@@ -114,7 +114,7 @@ def visible(facets: Sequence[Facet]) -> tuple[Facet, ...]:
     for k, facet in enumerate(facets):
         pieces, boxes = [facet.polygon], np.array([facet.box])
         met = ((low[k + 1 :] < high[k]) & (high[k + 1 :] > low[k])).all(axis=1)
-        for later in k + 1 + np.flatnonzero(met):
+        for later in (k + 1 + np.flatnonzero(met)).tolist():
             cut = ((boxes[:, 0] < high[later]) & (boxes[:, 1] > low[later])).all(axis=1)
             if not cut.any():
                 continue

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Final, Literal, Self, get_args
 
 from pydantic import AfterValidator, Field, PrivateAttr, model_validator
 
@@ -15,6 +15,9 @@ from rollgait.terrain.height_map import HeightMap
 from rollgait.terrain.map_file import read_map
 from rollgait.terrain.parts import Part
 from rollgait.terrain.terrain import FRICTION_MAX, Terrain
+
+NOISE_MAX: Final = 0.1
+"""Largest noise, m: more is in another unit, and no ground can be told from it."""
 
 GroundKind = Literal["flat", "parts", "map"]
 
@@ -39,6 +42,8 @@ class MapKeys(Config):
     """By which values are multiplied to be metres. Default: 1; must be given for a .png."""
     offset: Number = 0.0
     """What is added then, m."""
+    noise: Literal["auto"] | Annotated[NonNegative, Field(le=NOISE_MAX)] = 0.0
+    """Standard deviation of the sensor's noise, m; `auto` estimates it. It is taken out, and edges are kept."""
     layer: str = "elevation"
     """Layer of a GridMap."""
     topic: str | None = None
@@ -64,8 +69,8 @@ class MapKeys(Config):
         if folder is None:
             rule = "needs a scenario in a file: a map is looked for in the folder of its scenario"
             raise InputError("ground.map.file", self.file, rule)
-        keys: dict[str, Any] = self.model_dump(exclude={"file", "fill", "digest"})
-        heights = read_map(folder, self.file, **keys).with_holes_filled(self.fill)
+        keys: dict[str, Any] = self.model_dump(exclude={"file", "noise", "fill", "digest"})
+        heights = read_map(folder, self.file, **keys).without_noise(self.noise).with_holes_filled(self.fill)
         self.check_digest(heights)
         return heights
 

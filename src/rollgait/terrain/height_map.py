@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -134,6 +134,18 @@ class HeightMap:
         points = self.to_world(self.resolution * np.stack([i, j], axis=-1))
         values = self.height(points.reshape(-1, 2)).reshape(points.shape[:2])
         return HeightMap(values, self.resolution / count, self.origin, self.yaw)
+
+    def without_noise(self, noise: float | Literal["auto"]) -> HeightMap:
+        """A copy without the noise of a sensor, of standard deviation `noise` (m); edges stay where they are.
+
+        With `auto` it is estimated from the heights. What is not known stays so.
+        """
+        if noise == 0.0:
+            return self
+        from rollgait.terrain.noise import noise_of, without_noise  # here: it needs SciPy
+
+        sigma = noise_of(self.values) if noise == "auto" else noise
+        return HeightMap(without_noise(self.values, sigma), self.resolution, self.origin, self.yaw)
 
     def with_holes_filled(self, width: float) -> HeightMap:
         """A copy in which unknown holes up to `width` (m) across are filled from what is around them.

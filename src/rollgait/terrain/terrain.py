@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +29,9 @@ FRICTION_MAX: Final = 10.0
 """Largest coefficient of friction: more is a slip of the pen."""
 FEET_MARGIN: Final = 0.2
 """So far beyond the hull of its feet a robot stands in the way of its own sensors, m."""
+
+RING: Final = 0.3
+"""So much wider is the ring from which the ground under a robot is concluded, m."""
 
 
 class _Parts(Config):
@@ -104,6 +107,8 @@ class Terrain:
         yaw: float = 0.0,
         scale: float = 1.0,
         offset: float = 0.0,
+        noise: float | Literal["auto"] = 0.0,
+        fill: float = 0.0,
         friction: float = 0.5,
         parts: Iterable[BasePart | Mapping[str, Any]] = (),
     ) -> Terrain:
@@ -117,6 +122,8 @@ class Terrain:
             yaw: of the grid, rad.
             scale: by which the values are multiplied.
             offset: which is added then, m.
+            noise: standard deviation of the sensor's noise, which is taken out, m; "auto" estimates it.
+            fill: unknown holes up to so wide are filled, m.
             friction: μ where a part says none.
             parts: as in `from_parts`; they count their heights from z = 0.
 
@@ -129,6 +136,7 @@ class Terrain:
             raise InputError("ground.map", type(heights).__name__, "must be an array of numbers") from None
         raster = HeightMap(values, resolution, np.asarray(origin), yaw)
         raster.require_metres()
+        raster = raster.without_noise(noise).with_holes_filled(fill)
         return cls(0.0, friction, _checked(parts), raster)
 
     # -- queries --
@@ -258,9 +266,37 @@ class Terrain:
         nodes = self.map.nodes()
         near = distance_to_hull(convex_hull(touch[:, :2]), nodes.reshape(-1, 2)) <= FEET_MARGIN
         where = near.reshape(self.map.values.shape) & np.isnan(self.map.values)
+        if not where.any():
+            return self
         centre, height, slope = plane_of(touch)
         heights = height + (nodes[where] - centre) @ slope - self.level
         return replace(self, map=self.map.with_values_at(where, heights))
+
+    def filled_around(self, feet: ArrayLike) -> Terrain:
+        """`filled_under` where only the places of the feet are known: from the ground around them.
+
+        The heights of the feet are those of the plane on which most of what is known within `FEET_MARGIN` and
+        `RING` of their hull lies. Where nothing is known there, nothing is filled.
+
+        Args:
+            feet: where the standing feet are from above, (n, 2) with n ≥ 1, m.
+        """
+        from rollgait.terrain.hidden import plane_around
+
+        places = np.asarray(feet, dtype=float)
+        if self.map is None or not np.isnan(self.map.values).any():
+            return self
+        distance = distance_to_hull(convex_hull(places), self.map.nodes().reshape(-1, 2))
+        heights = self.map.values.ravel()
+        known = (distance <= FEET_MARGIN + RING) & ~np.isnan(heights)
+        around = np.column_stack([self.map.nodes().reshape(-1, 2)[known], heights[known]])
+        centre = places.mean(axis=0)
+        found = plane_around(centre, around)
+        if found is None:
+            return self
+        height, slope = found
+        z = self.level + height + (places - centre) @ slope
+        return self.filled_under(np.column_stack([places, z]))
 
     # -- kept in files --
 
