@@ -32,7 +32,7 @@ WORLDS: Final = {
     "ramp": Terrain.from_parts([Ramp(x=0.3, length=1.5, slope_deg=15.0), Step(x=1.8, height=RISE)]),
     "gap": Terrain.from_parts([Gap(x=0.5, length=0.3)]),
     "bumps": _bumps(),
-    "kerb": Terrain.from_parts([Block(x=0.5, y=0.8, yaw_deg=12.0, length=3.0, width=1.0, height=0.1)]),
+    "kerb": Terrain.from_parts([Block(x=1.2, y=0.8, yaw_deg=12.0, length=3.0, width=1.0, height=0.1)]),
 }
 
 
