@@ -1,4 +1,4 @@
-"""Maps as sensors give them: cells of 4 cm, noise of 1 cm, one value in twenty missing, none under the robot."""
+"""Maps as sensors give them: cells of 4 cm, noise of 1 cm, holes, nothing under the robot."""
 
 from __future__ import annotations
 

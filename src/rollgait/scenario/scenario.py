@@ -205,7 +205,7 @@ class Scenario(Config):
         if terrain.map is None:
             return terrain
         feet = turned(self.body.stance, math.radians(self.start.yaw_deg))[:, :2]
-        return terrain.filled_around([self.start.x, self.start.y] + feet)
+        return terrain.filled_around(feet + np.array([self.start.x, self.start.y]))
 
     def goal_at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Goal at times (s, shape (n,)): x, y, z of the CoM (m), yaw, pitch, roll (rad); shape (n, 6)."""

@@ -43,7 +43,7 @@ class MapKeys(Config):
     offset: Number = 0.0
     """What is added then, m."""
     noise: Literal["auto"] | Annotated[NonNegative, Field(le=NOISE_MAX)] = 0.0
-    """Standard deviation of the sensor's noise, m; `auto` estimates it. It is taken out, and edges are kept."""
+    """Standard deviation of the sensor's noise, m, or `auto`. It is taken out, edges are kept."""
     layer: str = "elevation"
     """Layer of a GridMap."""
     topic: str | None = None

@@ -55,7 +55,9 @@ def _through_three(points: Array) -> Array:
     middles = []
     for k in np.unique(sector):
         own = points[sector == k]
-        middles.append(own[np.argsort(own[:, 2], kind="stable")[len(own) // 2]])  # a point of the ground itself
+        middles.append(
+            own[np.argsort(own[:, 2], kind="stable")[len(own) // 2]]
+        )  # a point of the ground itself
     found = []
     for three in combinations(middles, 3):
         p = np.array(three)

@@ -31,7 +31,7 @@ SHARPNESS: Final = 2.0
 TILE: Final = 256
 """Side of the pieces into which a large map is cut, in nodes: a few MB for each."""
 FLATTEST: Final = 1.0e-3
-"""Windows whose known heights lie nearly on a line have no plane: determinant over the cube of their number."""
+"""Known heights nearly on a line have no plane: determinant over the cube of their number."""
 
 
 def without_noise(heights: Array, sigma: float) -> Array:

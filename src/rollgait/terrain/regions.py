@@ -19,7 +19,7 @@ from scipy import ndimage
 from rollgait.terrain.convex_region import EVERY, REACH, SIDES, ConvexRegion, Obstacles, grow
 from rollgait.terrain.edges import Border, borders, components, hard_edges
 from rollgait.terrain.height_map import HeightMap
-from rollgait.terrain.local_model import LocalModel, fit, pattern
+from rollgait.terrain.local_model import SIGMA, SIGMA_CELLS, LocalModel, fit, pattern
 from rollgait.terrain.places import Places
 from rollgait.terrain.polygons import Array, nearest_on_segments
 from rollgait.terrain.terrain import Terrain
@@ -65,6 +65,11 @@ class Regions(ABC):
     @abstractmethod
     def obstacles(self) -> Obstacles:
         """What the lowest point of the rim keeps away from, clearances with the margin."""
+
+    @property
+    @abstractmethod
+    def sigma(self) -> float:
+        """Width of the weights of local models, m."""
 
     @abstractmethod
     def _same_side(self, ref: Array, points: Array) -> NDArray[np.bool_]:
@@ -119,7 +124,7 @@ class Regions(ABC):
             heading: turns the pattern of samples, rad.
         """
         place = np.asarray(ref, dtype=float)
-        points = place + pattern(heading)
+        points = place + pattern(heading, self.sigma)
         used = self._same_side(place, points)
         touch = self.surface.touch(points[used])
         known = ~np.isnan(touch.height)
@@ -131,7 +136,7 @@ class Regions(ABC):
             if all(planes[0].coplanar(plane) for plane in planes):
                 lifted = self.surface.radius * (np.sqrt(1.0 + planes[0].slope @ planes[0].slope) - 1.0)
                 return LocalModel.plane(place, float(planes[0].z(place) + lifted), planes[0].slope)
-        return fit(place, points[used][known], touch.height[known])
+        return fit(place, points[used][known], touch.height[known], self.sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +156,10 @@ class PlanarRegions(Regions):
     @cached_property
     def obstacles(self) -> Obstacles:
         return replace(self._edges, clearance=self._edges.clearance + self.margin)
+
+    @property
+    def sigma(self) -> float:
+        return SIGMA
 
     def _same_side(self, ref: Array, points: Array) -> NDArray[np.bool_]:
         wall = self._edges
@@ -209,6 +218,11 @@ class RasterRegions(Regions):
     def rollable_cells(self) -> tuple[HeightMap, NDArray[np.bool_], NDArray[np.intp]]:
         """The grid, which of its cells are rollable, and the labels of those that keep the margin."""
         return self._grid, self._rollable, self._labels
+
+    @property
+    def sigma(self) -> float:
+        raster = self.terrain.map
+        return SIGMA if raster is None else max(SIGMA, SIGMA_CELLS * raster.resolution)
 
     def _same_side(self, ref: Array, points: Array) -> NDArray[np.bool_]:
         """Those reached from `ref` over rollable cells within the pattern itself, not around an edge."""
