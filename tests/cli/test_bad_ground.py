@@ -49,8 +49,14 @@ BAD: dict[str, tuple[Any, str]] = {
     "no bag": ({"map": {**HERE, "file": "bag"}}, "'bag' is not a ROS 2 bag"),
     "no picture": ({"map": {**HERE, "file": "text.png", "scale": 0.001}}, "is not a PNG that can be read"),
     "no format": ({"map": {**HERE, "file": "asked.yaml"}}, "valid: .npy"),
-    "noise in mm": ({"map": {**HERE, "noise": 10.0}}, "ground.map.noise: 10"),
-    "noise in words": ({"map": {**HERE, "noise": "loud"}}, "ground.map.noise: 'loud'"),
+    "noise in mm": (
+        {"map": {**HERE, "noise": 10.0}},
+        "ground.map.noise: 10.0 must be a standard deviation from 0 to 0.1 m, or auto",
+    ),
+    "noise in words": (
+        {"map": {**HERE, "noise": "loud"}},
+        "ground.map.noise: 'loud' must be a standard deviation",
+    ),
 }
 SECONDS = 5.0
 """CPU time within which each is refused, once all is imported."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal, Self, get_args
 
-from pydantic import AfterValidator, Field, PrivateAttr, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_validator
 
 from rollgait.config import Config, NonNegative, Number, Positive, validate
 from rollgait.errors import MISSING, InputError
@@ -28,6 +28,16 @@ def _not_zero(value: float) -> float:
     return value
 
 
+def _noise(value: Any) -> Any:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if value != "auto" and not (number and 0.0 <= value <= NOISE_MAX):
+        raise ValueError(f"must be a standard deviation from 0 to {NOISE_MAX:g} m, or auto")
+    return value
+
+
+Noise = Annotated[float | Literal["auto"], BeforeValidator(_noise)]
+
+
 class MapKeys(Config):
     """A file of heights."""
 
@@ -42,7 +52,7 @@ class MapKeys(Config):
     """By which values are multiplied to be metres. Default: 1; must be given for a .png."""
     offset: Number = 0.0
     """What is added then, m."""
-    noise: Literal["auto"] | Annotated[NonNegative, Field(le=NOISE_MAX)] = 0.0
+    noise: Noise = 0.0
     """Standard deviation of the sensor's noise, m, or `auto`. It is taken out, edges are kept."""
     layer: str = "elevation"
     """Layer of a GridMap."""
