@@ -63,7 +63,9 @@ def borders(planes: Sequence[Facet]) -> Iterator[Border]:
         for begin, end, side in zip(begins, ends, inward(begins, ends), strict=True):
             pieces += [(own, first, last, side) for first, last in pairwise(cuts(begin, end, corners))]
     beyond = np.array([0.5 * (first + last) - BESIDE * side for _, first, last, side in pieces])
-    for (own, first, last, side), other in zip(pieces, _planes_at(Facets(tuple(planes)), beyond), strict=True):
+    for (own, first, last, side), other in zip(
+        pieces, _planes_at(Facets(tuple(planes)), beyond), strict=True
+    ):
         if other not in (-1, own):
             both = np.array([first, last])
             jump = planes[other].z(both) - planes[own].z(both)
