@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,7 @@ BAD: dict[str, tuple[Any, str]] = {
     "out": ({"map": {**HERE, "file": "../sand.npy"}}, "must not leave the scenario's folder"),
     "absolute": ({"map": {**HERE, "file": "/etc/passwd"}}, "not an absolute path"),
     "resolution": ({"map": {"file": "sand.npy"}}, "ground.map.resolution: must be given"),
-    "unit": ({"map": {**HERE, "scale": 1000.0}}, "0.001 for mm"),
+    "unit": ({"map": {**HERE, "scale": 1.0e4}}, "0.001 for mm"),
     "digest": ({"map": {**HERE, "digest": "0" * 64}}, "ground.map.digest"),
     "start off": ({"map": {**HERE, "origin": [0.0, -2.0]}}, "HL stands: that is off the map"),
     "goal off": ({"map": {**HERE, "origin": [-3.3, -2.0]}}, "FL stands: that is off the map"),
@@ -37,7 +38,43 @@ BAD: dict[str, tuple[Any, str]] = {
         {"parts": [{"kind": "ramp", "x": -2.0, "length": 5.0, "slope_deg": 40.0}]},
         "too steep",
     ),
+    "stairs without end": (
+        {"parts": [{"kind": "stairs", "x": 1.0, "steps": 100, "rise": 0.1, "tread": 0.3}] * 5},
+        "at most 400 planar pieces",
+    ),
+    "hole at the goal": ({"map": {**HERE, "file": "hole.npy"}}, "FL stands: the ground there is not known"),
+    "nothing known": ({"map": {**HERE, "file": "empty.npy"}}, "all its heights are NaN"),
+    "too large": ({"map": {**HERE, "file": "large.npy"}}, "at most 4000000 cells, not 100000 × 100000"),
+    "no grid": ({"map": {**HERE, "file": "deep.npy"}}, "must be a grid of heights"),
+    "no bag": ({"map": {**HERE, "file": "bag"}}, "'bag' is not a ROS 2 bag"),
+    "no picture": ({"map": {**HERE, "file": "text.png", "scale": 0.001}}, "is not a PNG that can be read"),
+    "no format": ({"map": {**HERE, "file": "asked.yaml"}}, "valid: .npy"),
+    "noise in mm": (
+        {"map": {**HERE, "noise": 10.0}},
+        "ground.map.noise: 10.0 must be a standard deviation from 0 to 0.1 m, or auto",
+    ),
+    "noise in words": (
+        {"map": {**HERE, "noise": "loud"}},
+        "ground.map.noise: 'loud' must be a standard deviation",
+    ),
 }
+SECONDS = 5.0
+"""CPU time within which each is refused, once all is imported."""
+
+
+def _files(folder: Path) -> None:
+    """The maps of the cases above."""
+    np.save(folder / "sand.npy", SAND)
+    hole = SAND.copy()
+    hole[65:] = np.nan  # from x = 0.6 m on
+    np.save(folder / "hole.npy", hole)
+    np.save(folder / "empty.npy", np.nan * SAND)
+    np.save(folder / "deep.npy", np.zeros((3, 3, 3)))
+    with (folder / "large.npy").open("wb") as stream:  # a header that promises 80 GB
+        header = {"descr": "<f8", "fortran_order": False, "shape": (100000, 100000)}
+        np.lib.format.write_array_header_1_0(stream, header)
+    (folder / "text.png").write_text("hills")
+    (folder / "bag").mkdir()
 
 
 @pytest.mark.parametrize("name", BAD)
@@ -47,10 +84,12 @@ def test_one_sentence(
     ground, sentence = BAD[name]
     scenario = {"robot": "centauro", "goal": {"x": 0.5}, "ground": ground}
     (tmp_path / "asked.yaml").write_text(dump_yaml(scenario))
-    np.save(tmp_path / "sand.npy", SAND)
+    _files(tmp_path)
     monkeypatch.chdir(tmp_path)
     before = sorted(tmp_path.rglob("*"))
+    begin = time.process_time()
     assert run(["plan", "asked.yaml"]) == 2
+    assert time.process_time() - begin < SECONDS
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("error: ")

@@ -151,6 +151,8 @@ OF_CONTROLLER: dict[str, Change] = {
     "events are numbers": lambda header, arrays: header.update(events=[1]),
     "events without text": lambda header, arrays: header.update(events=[{"time": 1.0}]),
     "a period of nothing": lambda header, arrays: header.update(period=0.0),
+    "a period without end": lambda header, arrays: header.update(period=math.inf),
+    "a period of ages": lambda header, arrays: header.update(period=1e159),
     "a period of text": lambda header, arrays: header.update(period="x"),
     "a fall at no time": lambda header, arrays: header.update(fallen_at="never"),
     "an unknown mode": lambda header, arrays: arrays.update(mode=arrays["mode"] + 7),
@@ -211,6 +213,13 @@ def test_commands_refuse_it_in_one_sentence(
 ) -> None:
     changed(kind, tmp_path / "motion.npz", DAMAGES["negated times"])
     rollgait(*arguments).assert_refused("'motion.npz' is damaged: time: ")
+
+
+def test_costs_may_be_as_high_as_numbers_go(tmp_path: Path) -> None:
+    def dear(header: dict[str, Any], arrays: dict[str, Any]) -> None:
+        arrays["cost"] = np.full(arrays["cost"].shape, 1e308)
+
+    assert open_clip(changed("controller", tmp_path / "dear.npz", dear)).passed
 
 
 def test_a_rate_without_measure_is_refused(tmp_path: Path, rollgait: Run) -> None:

@@ -11,6 +11,7 @@ from rollgait.robot.library import find_robot
 from rollgait.terrain import Block, Ramp, Step, Terrain, regions_of, require_standing
 from rollgait.terrain.convex_region import EVERY, Obstacles, grow
 from rollgait.terrain.local_model import SIGMA, LocalModel, fit, pattern
+from rollgait.terrain.local_models import local_models
 from rollgait.terrain.polygons import convex_hull, distance_to_hull, rectangle
 from rollgait.terrain.regions import FRICTION_SHARE, MARGIN, PlanarRegions, RasterRegions, Regions, arcs
 from tests.terrain.worlds import RADIUS, Array, places, rounded, seeds, turned, worlds
@@ -310,12 +311,34 @@ def test_a_smooth_raster_is_followed() -> None:
         assert np.abs(error).max() < 5e-4
 
 
-def test_a_kink_is_rounded_by_little() -> None:
-    """At the foot of a ramp of 20° the model is 1.6 mm off at most, as the smoothing that it is."""
-    regions = regions_of(Terrain.from_parts([Ramp(x=0.0, length=2.0, slope_deg=20.0)]), RADIUS)
-    for x in np.linspace(-0.1, 0.1, 51):
-        place = np.array([x, 0.0])
-        assert abs(regions.local_model(place).height - regions.surface.height(*place)) < 1.6e-3
+@pytest.mark.parametrize(
+    ("slope_deg", "at_ref", "beside"), [(10, 4e-4, 6e-4), (15, 5e-4, 8e-4), (20, 7e-4, 1.2e-3)]
+)
+@pytest.mark.parametrize("end", ["foot", "top"])
+def test_a_kink_is_rounded_by_little(slope_deg: int, at_ref: float, beside: float, end: str) -> None:
+    """All about both ends of a ramp: at the place itself, and as far as a wheel rolls in an interval."""
+    rise = float(2.0 * np.tan(np.radians(slope_deg)))
+    foot = Terrain.from_parts([Ramp(x=0.0, length=2.0, slope_deg=slope_deg)])
+    top = Terrain.from_parts([Ramp(x=-2.0, length=2.0, rise=rise), Step(x=0.0, height=rise)])
+    regions = regions_of(foot if end == "foot" else top, RADIUS)
+    refs = np.column_stack([np.linspace(-0.1, 0.1, 41), np.full(41, 0.013)])
+    for model in local_models(regions, refs, np.linspace(-1.0, 1.0, 41)):
+        line = model.ref + np.linspace(-0.02, 0.02, 9)[:, None] * [1.0, 0.0]
+        error = np.abs(model.z(line) - regions.surface.height(*line.T))
+        assert error[4] < at_ref
+        assert error.max() < beside
+
+
+@given(worlds, seeds)
+@settings(max_examples=15)
+def test_many_local_models_are_those_of_each(world: Terrain, seed: int) -> None:
+    regions = regions_of(world, RADIUS)
+    points = places(seed, 60)
+    refs = points[regions.free(points)][:12]
+    headings = np.linspace(-2.0, 2.0, len(refs))
+    for model, ref, heading in zip(local_models(regions, refs, headings), refs, headings, strict=True):
+        alone = regions.local_model(ref, float(heading))
+        np.testing.assert_allclose(model.numbers(), alone.numbers(), atol=1e-9)
 
 
 # -- standing --

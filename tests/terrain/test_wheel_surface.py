@@ -162,6 +162,20 @@ def test_a_window_changes_nothing_inside() -> None:
     assert part.grid.values.size < 0.2 * 400 * 320
 
 
+def test_a_cliff_in_a_small_window_is_ground() -> None:
+    """Two metres down within a window of half a metre: a part of a map may be steeper than a map."""
+    values = np.zeros((100, 100))
+    values[50:] = -3.0
+    world = Terrain.from_map(values, 0.04, [-2.0, -2.0])
+    window = ((-0.2, -0.2), (0.2, 0.2))
+    points = places(5, 50, 0.2)
+    part = WheelSurface(world, RADIUS, window).height(*points.T)
+    np.testing.assert_allclose(part, WheelSurface(world, RADIUS).height(*points.T), atol=1e-12)
+    raster = Terrain.from_parts([Step(x=0.0, height=-3.0)]).raster(0.04, *window)
+    assert raster.map is not None
+    assert np.ptp(raster.map.values) == 3.0
+
+
 def test_unknown_ground_lifts_no_wheel() -> None:
     values = np.zeros((60, 60))
     values[20:40, 20:40] = np.nan

@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel
+from pydantic import BaseModel, Field
 
 from rollgait.archive import ArchiveFormat
 from rollgait.config import Line, Number, Positive
@@ -20,7 +20,7 @@ from rollgait.npz import Layout
 from rollgait.plant.control import Control
 from rollgait.plant.state import RobotState
 from rollgait.robot.robot import Robot
-from rollgait.series import check_numbers, check_quaternions, check_times
+from rollgait.series import DURATION_MAX, check_numbers, check_quaternions, check_times
 
 Array = NDArray[np.float64]
 
@@ -110,7 +110,7 @@ class MpcLog:
             final_yaw_deg=float(np.degrees(self.euler[-1, 0] - self.reference[-1, 3])),
             tilt_deg=float(tilt.max()),
             violation=float(self.violation.max()),
-            cost=float(np.nanmean(self.cost)) if np.isfinite(self.cost).any() else math.nan,
+            cost=_mean(self.cost),
             coasting=int((self.mode == 1).sum()),
             standing=int((self.mode == 2).sum()),
             fallen_at=self.fallen_at,
@@ -299,13 +299,21 @@ ARRAYS: Final = (
 """Names of the arrays of a log, in the order of the rows that `LogWriter` collects."""
 
 
+def _mean(values: Array) -> float:
+    """The mean of what is known; a solve that fails may cost anything, so that sums overflow to ∞."""
+    if not np.isfinite(values).any():
+        return math.nan
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.nanmean(values))
+
+
 class _Header(BaseModel):
     """What the header of a log holds."""
 
     joint_names: tuple[Line, ...]
     robot: Robot
     plant: Line
-    period: Positive
+    period: Annotated[Positive, Field(le=DURATION_MAX)]
     fallen_at: Number | None
     events: tuple[Event, ...]
 

@@ -19,8 +19,8 @@ from rollgait.scenario.scenario import Scenario
 class Box(FootConstraint):
     """|Rzᵀ (p_i − r) − p̄_i| ≤ b, componentwise; `full_rotation` uses R(θ) in place of Rz.
 
-    On ground that is not flat the frame is tilted as the ground asks for (`Body.R_world_feet`), and how high a
-    foot may be lifted says the reach of its leg where that is known: a box would forbid a high step.
+    On ground that is not flat the frame is tilted as the ground asks for (`Body.R_world_feet`), and how high
+    a foot may be lifted says the reach of its leg where that is known: a box would forbid a high step.
     """
 
     name = "box"

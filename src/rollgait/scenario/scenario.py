@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 
+from rollgait.angles import turned
 from rollgait.config import Config, NonNegative, Number, Positive, dump_yaml, load_yaml, set_key, validate
 from rollgait.errors import InputError
 from rollgait.robot.library import find_robot
@@ -196,8 +197,15 @@ class Scenario(Config):
 
     @cached_property
     def terrain(self) -> Terrain:
-        """The ground. Raises `InputError` if the file of its map was not read: see `from_yaml`."""
-        return self.ground.terrain()
+        """The ground, of a map also what the robot hides where it stands at the start.
+
+        Raises `InputError` if the file of its map was not read: see `from_yaml`.
+        """
+        terrain = self.ground.terrain()
+        if terrain.map is None:
+            return terrain
+        feet = turned(self.body.stance, math.radians(self.start.yaw_deg))[:, :2]
+        return terrain.filled_around(feet + np.array([self.start.x, self.start.y]))
 
     def goal_at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Goal at times (s, shape (n,)): x, y, z of the CoM (m), yaw, pitch, roll (rad); shape (n, 6)."""

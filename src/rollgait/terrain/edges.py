@@ -13,8 +13,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from rollgait.terrain.convex_region import Obstacles
-from rollgait.terrain.facet import Facet
-from rollgait.terrain.polygons import Array, contains, edges, inward
+from rollgait.terrain.facet import Facet, Facets
+from rollgait.terrain.places import Places
+from rollgait.terrain.polygons import Array, edges, inward
 from rollgait.terrain.terrain import Terrain
 
 JUMP: Final = 1.0e-3
@@ -55,25 +56,29 @@ class Border:
 
 def borders(planes: Sequence[Facet]) -> Iterator[Border]:
     """All borders of planes that tile the ground, each from both of its sides."""
-    corners = np.concatenate([np.zeros((0, 2)), *(plane.polygon for plane in planes)])
+    corners = Places(np.concatenate([np.zeros((0, 2)), *(plane.polygon for plane in planes)]))
+    pieces: list[tuple[int, Array, Array, Array]] = []
     for own, plane in enumerate(planes):
         begins, ends = edges(plane.polygon)
         for begin, end, side in zip(begins, ends, inward(begins, ends), strict=True):
-            places = cuts(begin, end, corners)
-            for first, last in pairwise(places):
-                other = _plane_at(planes, 0.5 * (first + last) - BESIDE * side)
-                if other is not None and other != own:
-                    both = np.array([first, last])
-                    jump = planes[other].z(both) - plane.z(both)
-                    yield Border(first, last, side, own, other, jump)
+            pieces += [(own, first, last, side) for first, last in pairwise(cuts(begin, end, corners))]
+    beyond = np.array([0.5 * (first + last) - BESIDE * side for _, first, last, side in pieces])
+    for (own, first, last, side), other in zip(
+        pieces, _planes_at(Facets(tuple(planes)), beyond), strict=True
+    ):
+        if other not in (-1, own):
+            both = np.array([first, last])
+            jump = planes[other].z(both) - planes[own].z(both)
+            yield Border(first, last, side, own, int(other), jump)
 
 
-def cuts(begin: Array, end: Array, corners: Array) -> Array:
+def cuts(begin: Array, end: Array, corners: Places) -> Array:
     """Where along an edge the neighbour may change: at corners of other planes that lie on it."""
     along = end - begin
     length = float(np.linalg.norm(along))
     along = along / length
-    relative = corners - begin
+    near = corners.within(np.minimum(begin, end) - BESIDE, np.maximum(begin, end) + BESIDE)
+    relative = corners.points[near] - begin
     place = relative @ along
     beside = relative @ np.array([-along[1], along[0]])
     on = (np.abs(beside) < BESIDE) & (place > BESIDE) & (place < length - BESIDE)
@@ -81,12 +86,12 @@ def cuts(begin: Array, end: Array, corners: Array) -> Array:
     return np.asarray(begin + stops[:, None] * along)
 
 
-def _plane_at(planes: Sequence[Facet], point: Array) -> int | None:
-    for number, plane in enumerate(planes):
-        low, high = plane.box
-        if (point >= low).all() and (point <= high).all() and contains(plane.polygon, point[None])[0]:
-            return number
-    return None
+def _planes_at(planes: Facets, points: Array) -> NDArray[np.intp]:
+    """The number of the first plane at each point (n, 2), −1 where there is none."""
+    result = np.full(len(points), -1, dtype=np.intp)
+    for number, index in planes.under(points.reshape(-1, 2)):
+        result[index[result[index] < 0]] = number
+    return result
 
 
 def components(count: int, all_borders: Sequence[Border], standable: NDArray[np.bool_]) -> NDArray[np.intp]:
@@ -163,13 +168,12 @@ def _distance(
     length = np.linalg.norm(end - begin, axis=1)[:, None]
     along = (end - begin) / length
     beyond = np.append(BESIDE, np.linspace(0.0, radius, PROBES)[1:])
-    for share in (0.0, 0.5, 1.0):
-        at = begin + np.clip(share * length, BESIDE, length - BESIDE) * along  # a corner has other neighbours
-        for s in beyond:
-            place = at - s * side
-            higher = terrain.height(*place.T) - (height + np.einsum("nk,nk->n", place, slope))
-            result = np.maximum(result, touching_distance(higher, steepness, radius) - s)
-    return np.asarray(result)
+    shares = np.array([0.0, 0.5, 1.0])[:, None, None, None]
+    at = begin + np.clip(shares * length, BESIDE, length - BESIDE) * along  # a corner has other neighbours
+    place = at - beyond[:, None, None] * side
+    higher = terrain.height(place[..., 0], place[..., 1]) - (height + np.einsum("abnk,nk->abn", place, slope))
+    kept = touching_distance(higher, steepness, radius) - beyond[:, None]
+    return np.asarray(np.maximum(result, kept.max(axis=(0, 1))))
 
 
 def touching_distance(higher: Array, steepness: Array, radius: float) -> Array:

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.terrain.places import Places
 from rollgait.terrain.polygons import Array, clip, contains, subtract
 
 FAR: Final = 1000.0
@@ -88,12 +89,57 @@ def bands(facet: Facet, count: int) -> Iterator[Facet]:
             yield replace(facet, polygon=strip)
 
 
+@dataclass(frozen=True, eq=False)
+class Facets:
+    """Facets in their order, and which of them may be met where: of hundreds only a few are near.
+
+    Attributes:
+        all: the facets.
+    """
+
+    all: tuple[Facet, ...]
+
+    @cached_property
+    def boxes(self) -> tuple[Array, Array]:
+        """Smallest and largest coordinates of each, each (n, 2), m."""
+        boxes = np.array([facet.box for facet in self.all]).reshape(-1, 2, 2)
+        return boxes[:, 0], boxes[:, 1]
+
+    def near(self, points: Array, reach: float = 0.0) -> Iterator[tuple[int, NDArray[np.intp]]]:
+        """The number of each facet, in order, and which points (n, 2) lie in its box grown by `reach`, m.
+
+        Facets with none are left out.
+        """
+        places, grown = Places(points), reach + 1e-6
+        low, high = self.boxes
+        met = ((low - grown <= places.high) & (high + grown >= places.low)).all(axis=1)
+        for number in np.flatnonzero(met):
+            index = places.within(low[number] - grown, high[number] + grown)
+            if len(index):
+                yield int(number), index
+
+    def under(self, points: Array) -> Iterator[tuple[int, NDArray[np.intp]]]:
+        """The number of each facet, in their order, and which points (n, 2) it lies under or over."""
+        for number, index in self.near(points):
+            inside = contains(self.all[number].polygon, points[index])
+            if inside.any():
+                yield number, index[inside]
+
+
 def visible(facets: Sequence[Facet]) -> tuple[Facet, ...]:
     """The pieces of facets that later ones leave: they tile what the facets cover, without overlap."""
     result: list[Facet] = []
+    low, high = Facets(tuple(facets)).boxes
     for k, facet in enumerate(facets):
-        pieces = [facet.polygon]
-        for later in facets[k + 1 :]:
-            pieces = [rest for piece in pieces for rest in subtract(piece, later.polygon)]
+        pieces, boxes = [facet.polygon], np.array([facet.box])
+        met = ((low[k + 1 :] < high[k]) & (high[k + 1 :] > low[k])).all(axis=1)
+        for later in (k + 1 + np.flatnonzero(met)).tolist():
+            cut = ((boxes[:, 0] < high[later]) & (boxes[:, 1] > low[later])).all(axis=1)
+            if not cut.any():
+                continue
+            rest = [p for i in np.flatnonzero(cut) for p in subtract(pieces[i], facets[later].polygon)]
+            pieces = [piece for piece, gone in zip(pieces, cut, strict=True) if not gone] + rest
+            new = np.array([(piece.min(axis=0), piece.max(axis=0)) for piece in rest]).reshape(-1, 2, 2)
+            boxes = np.concatenate([boxes[~cut], new])
         result += [replace(facet, polygon=piece) for piece in pieces]
     return tuple(result)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Final, Literal, Self, get_args
 
-from pydantic import AfterValidator, Field, PrivateAttr, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr, model_validator
 
 from rollgait.config import Config, NonNegative, Number, Positive, validate
 from rollgait.errors import MISSING, InputError
@@ -16,6 +16,9 @@ from rollgait.terrain.map_file import read_map
 from rollgait.terrain.parts import Part
 from rollgait.terrain.terrain import FRICTION_MAX, Terrain
 
+NOISE_MAX: Final = 0.1
+"""Largest noise, m: more is in another unit, and no ground can be told from it."""
+
 GroundKind = Literal["flat", "parts", "map"]
 
 
@@ -23,6 +26,16 @@ def _not_zero(value: float) -> float:
     if value == 0.0:
         raise ValueError("must not be 0")
     return value
+
+
+def _noise(value: Any) -> Any:
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if value != "auto" and not (number and 0.0 <= value <= NOISE_MAX):
+        raise ValueError(f"must be a standard deviation from 0 to {NOISE_MAX:g} m, or auto")
+    return value
+
+
+Noise = Annotated[float | Literal["auto"], BeforeValidator(_noise)]
 
 
 class MapKeys(Config):
@@ -39,6 +52,8 @@ class MapKeys(Config):
     """By which values are multiplied to be metres. Default: 1; must be given for a .png."""
     offset: Number = 0.0
     """What is added then, m."""
+    noise: Noise = 0.0
+    """Standard deviation of the sensor's noise, m, or `auto`. It is taken out, edges are kept."""
     layer: str = "elevation"
     """Layer of a GridMap."""
     topic: str | None = None
@@ -64,8 +79,8 @@ class MapKeys(Config):
         if folder is None:
             rule = "needs a scenario in a file: a map is looked for in the folder of its scenario"
             raise InputError("ground.map.file", self.file, rule)
-        keys: dict[str, Any] = self.model_dump(exclude={"file", "fill", "digest"})
-        heights = read_map(folder, self.file, **keys).with_holes_filled(self.fill)
+        keys: dict[str, Any] = self.model_dump(exclude={"file", "noise", "fill", "digest"})
+        heights = read_map(folder, self.file, **keys).without_noise(self.noise).with_holes_filled(self.fill)
         self.check_digest(heights)
         return heights
 

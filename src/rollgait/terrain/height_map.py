@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -62,6 +62,20 @@ class HeightMap:
     def corners(self) -> Array:
         """Its corners in the world, counter-clockwise, (4, 2), m."""
         return self.to_world(self.size * np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]))
+
+    def require_metres(self) -> None:
+        """Raises `InputError` if its heights span more than ground does: they are in another unit.
+
+        A question to maps as they come: a cliff fills a small part of a map with more than that.
+        """
+        span, side = float(np.nanmax(self.values) - np.nanmin(self.values)), float(self.size.max())
+        if span > STEEPNESS_MAX * side:
+            raise InputError(
+                "ground.map",
+                f"{span:.6g} m",
+                f"is too much between its lowest and its highest point for a map of {side:.4g} m: heights "
+                "must be in m, or scale must turn them into m (0.001 for mm)",
+            )
 
     def to_world(self, local: Array) -> Array:
         """Points (…, 2) in the axes of the grid, from its node [0, 0], as points of the world, m."""
@@ -120,6 +134,18 @@ class HeightMap:
         points = self.to_world(self.resolution * np.stack([i, j], axis=-1))
         values = self.height(points.reshape(-1, 2)).reshape(points.shape[:2])
         return HeightMap(values, self.resolution / count, self.origin, self.yaw)
+
+    def without_noise(self, noise: float | Literal["auto"]) -> HeightMap:
+        """A copy without the noise of a sensor, of standard deviation `noise` (m); edges stay where they are.
+
+        With `auto` it is estimated from the heights. What is not known stays so.
+        """
+        if noise == 0.0:
+            return self
+        from rollgait.terrain.noise import noise_of, without_noise  # here: it needs SciPy
+
+        sigma = noise_of(self.values) if noise == "auto" else noise
+        return HeightMap(without_noise(self.values, sigma), self.resolution, self.origin, self.yaw)
 
     def with_holes_filled(self, width: float) -> HeightMap:
         """A copy in which unknown holes up to `width` (m) across are filled from what is around them.
@@ -216,16 +242,7 @@ def _check(values: Array, resolution: float, origin: Array, yaw: float) -> None:
         raise InputError(
             "ground.map", "inf", "must have finite heights, or NaN where the ground is not known"
         )
-    known = values[~np.isnan(values)]
-    if not known.size:
+    if np.isnan(values).all():
         raise InputError(
             "ground.map", values.shape, "must know the ground somewhere: all its heights are NaN"
-        )
-    span, side = float(np.ptp(known)), resolution * (max(values.shape) - 1)
-    if span > STEEPNESS_MAX * side:
-        raise InputError(
-            "ground.map",
-            f"{span:.6g} m",
-            f"is too much between its lowest and its highest point for a map of {side:.4g} m: heights must "
-            "be in m, or scale must turn them into m (0.001 for mm)",
         )

@@ -10,8 +10,11 @@ import numpy as np
 from rollgait.terrain.polygons import Array
 from rollgait.terrain.terrain import normal_of
 
-SIGMA: Final = 0.025
-"""Width of the weights of moving least squares, m: a fifth of a wheel's radius."""
+SIGMA: Final = 0.012
+"""Width of the weights of moving least squares, m: within ±2 cm, so far a wheel rolls about the middle of an
+interval, a kink is met best. Half of it follows the kink in its middle and leaves it beside."""
+SIGMA_CELLS: Final = 0.6
+"""And in cells of a map, if that is more: between its values a map is bilinear, which is not the ground."""
 SUPPORT: Final = 3.0
 """So many σ around a place count."""
 SPACING: Final = 0.5

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.terrain.local_model import SIGMA, SUPPORT, LocalModel
+from rollgait.terrain.local_model import SUPPORT, LocalModel
 from rollgait.terrain.polygons import Array
 from rollgait.terrain.regions import PlanarRegions, Regions
 
@@ -91,7 +91,7 @@ def _planes_around(regions: Regions, refs: Array) -> NDArray[np.intp]:
         return np.full(len(refs), -1, dtype=np.intp)
     angle = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     circle = np.column_stack([np.cos(angle), np.sin(angle)])
-    around = np.vstack([np.zeros((1, 2)), *(SUPPORT * SIGMA * ring * circle for ring in RINGS)])
+    around = np.vstack([np.zeros((1, 2)), *(SUPPORT * regions.sigma * ring * circle for ring in RINGS)])
     touch = regions.surface.touch((refs[:, None] + around).reshape(-1, 2))
     plane = np.where(touch.face, touch.plane, -1).reshape(len(refs), -1)
     one = (plane == plane[:, :1]).all(axis=1)

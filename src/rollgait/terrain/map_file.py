@@ -130,7 +130,9 @@ def read_map(
         raise InputError("ground.map.scale", MISSING, f"must be given for {name}: metres per grey level")
     at = origin if origin is not None else raw.origin if raw.origin is not None else (0.0, 0.0)
     heights = raw.values * (1.0 if scale is None else scale) + offset
-    return HeightMap(heights, resolution or raw.resolution or 0.0, np.array(at, dtype=float), raw.yaw)
+    result = HeightMap(heights, resolution or raw.resolution or 0.0, np.array(at, dtype=float), raw.yaw)
+    result.require_metres()
+    return result
 
 
 def find_file(folder: Path, name: str) -> Path:

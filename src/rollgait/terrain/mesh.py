@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from rollgait.terrain.edges import borders, cuts
 from rollgait.terrain.facet import Facet, bands
 from rollgait.terrain.height_map import HeightMap
+from rollgait.terrain.places import Places
 from rollgait.terrain.polygons import Array, clip, contains, edges, inward, subtract
 from rollgait.terrain.relief import face_colours
 from rollgait.terrain.terrain import Terrain
@@ -101,7 +102,7 @@ def _cut(polygon: Array, window: tuple[Array, Array]) -> Array | None:
 
 def _tops(planes: Sequence[Facet]) -> Iterator[Array]:
     """Triangles of the planes, about their middles; edges are cut where others begin: no crack shows."""
-    corners = np.concatenate([np.zeros((0, 2)), *(plane.polygon for plane in planes)])
+    corners = Places(np.concatenate([np.zeros((0, 2)), *(plane.polygon for plane in planes)]))
     for plane in planes:
         begins, ends = edges(plane.polygon)
         ring = np.concatenate([cuts(a, b, corners)[:-1] for a, b in zip(begins, ends, strict=True)])

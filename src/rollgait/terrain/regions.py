@@ -19,7 +19,8 @@ from scipy import ndimage
 from rollgait.terrain.convex_region import EVERY, REACH, SIDES, ConvexRegion, Obstacles, grow
 from rollgait.terrain.edges import Border, borders, components, hard_edges
 from rollgait.terrain.height_map import HeightMap
-from rollgait.terrain.local_model import LocalModel, fit, pattern
+from rollgait.terrain.local_model import SIGMA, SIGMA_CELLS, LocalModel, fit, pattern
+from rollgait.terrain.places import Places
 from rollgait.terrain.polygons import Array, nearest_on_segments
 from rollgait.terrain.terrain import Terrain
 from rollgait.terrain.wheel_surface import WheelSurface
@@ -64,6 +65,11 @@ class Regions(ABC):
     @abstractmethod
     def obstacles(self) -> Obstacles:
         """What the lowest point of the rim keeps away from, clearances with the margin."""
+
+    @property
+    @abstractmethod
+    def sigma(self) -> float:
+        """Width of the weights of local models, m."""
 
     @abstractmethod
     def _same_side(self, ref: Array, points: Array) -> NDArray[np.bool_]:
@@ -118,7 +124,7 @@ class Regions(ABC):
             heading: turns the pattern of samples, rad.
         """
         place = np.asarray(ref, dtype=float)
-        points = place + pattern(heading)
+        points = place + pattern(heading, self.sigma)
         used = self._same_side(place, points)
         touch = self.surface.touch(points[used])
         known = ~np.isnan(touch.height)
@@ -130,7 +136,7 @@ class Regions(ABC):
             if all(planes[0].coplanar(plane) for plane in planes):
                 lifted = self.surface.radius * (np.sqrt(1.0 + planes[0].slope @ planes[0].slope) - 1.0)
                 return LocalModel.plane(place, float(planes[0].z(place) + lifted), planes[0].slope)
-        return fit(place, points[used][known], touch.height[known])
+        return fit(place, points[used][known], touch.height[known], self.sigma)
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,6 +157,10 @@ class PlanarRegions(Regions):
     def obstacles(self) -> Obstacles:
         return replace(self._edges, clearance=self._edges.clearance + self.margin)
 
+    @property
+    def sigma(self) -> float:
+        return SIGMA
+
     def _same_side(self, ref: Array, points: Array) -> NDArray[np.bool_]:
         wall = self._edges
         used = self.rollable(points)
@@ -161,8 +171,8 @@ class PlanarRegions(Regions):
     def _plane(self, points: Array) -> NDArray[np.intp]:
         """Number of the plane at each point."""
         result = np.full(len(points), -1, dtype=np.intp)
-        for number, plane in enumerate(self.terrain.planes):
-            result[plane.contains(points)] = number
+        for number, index in self.terrain.seen.under(points):
+            result[index] = number
         return result
 
     @cached_property
@@ -208,6 +218,11 @@ class RasterRegions(Regions):
     def rollable_cells(self) -> tuple[HeightMap, NDArray[np.bool_], NDArray[np.intp]]:
         """The grid, which of its cells are rollable, and the labels of those that keep the margin."""
         return self._grid, self._rollable, self._labels
+
+    @property
+    def sigma(self) -> float:
+        raster = self.terrain.map
+        return SIGMA if raster is None else max(SIGMA, SIGMA_CELLS * raster.resolution)
 
     def _same_side(self, ref: Array, points: Array) -> NDArray[np.bool_]:
         """Those reached from `ref` over rollable cells within the pattern itself, not around an edge."""
@@ -312,12 +327,16 @@ def _clear(obstacles: Obstacles, points: Array, labels: NDArray[np.intp]) -> NDA
     """Which points, each in a region, keep all clearances that count there."""
     result = np.ones(len(points), dtype=bool)
     o = obstacles
-    for begin, end, side, clearance, region in zip(
-        o.begin, o.end, o.side, o.clearance, o.region, strict=True
-    ):
-        nearest = nearest_on_segments(points, begin[None], end[None])[:, 0]
-        too_near = np.linalg.norm(points - nearest, axis=1) < clearance - 1e-9
-        result &= ~(too_near & (labels == region) & ((points - begin) @ side >= -1e-9))
+    places = Places(points)
+    low = np.minimum(o.begin, o.end) - o.clearance[:, None]
+    high = np.maximum(o.begin, o.end) + o.clearance[:, None]
+    for k in np.flatnonzero(((low <= places.high) & (high >= places.low)).all(axis=1)):
+        index = places.within(low[k], high[k])
+        index = index[labels[index] == o.region[k]]
+        near = points[index]
+        nearest = nearest_on_segments(near, o.begin[k, None], o.end[k, None])[:, 0]
+        too_near = np.linalg.norm(near - nearest, axis=1) < o.clearance[k] - 1e-9
+        result[index[too_near & ((near - o.begin[k]) @ o.side[k] >= -1e-9)]] = False
     return result
 
 

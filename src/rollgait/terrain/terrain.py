@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,7 +18,7 @@ from rollgait.archive import ArchiveFormat
 from rollgait.config import Config, Number, Positive, validate
 from rollgait.errors import InputError
 from rollgait.npz import Layout
-from rollgait.terrain.facet import Facet, square, visible
+from rollgait.terrain.facet import Facet, Facets, square, visible
 from rollgait.terrain.height_map import MAX_CELLS, HeightMap
 from rollgait.terrain.parts import BasePart, Part
 from rollgait.terrain.polygons import Array, convex_hull, distance_to_hull
@@ -29,6 +29,9 @@ FRICTION_MAX: Final = 10.0
 """Largest coefficient of friction: more is a slip of the pen."""
 FEET_MARGIN: Final = 0.2
 """So far beyond the hull of its feet a robot stands in the way of its own sensors, m."""
+
+RING: Final = 0.3
+"""So much wider is the ring from which the ground under a robot is concluded, m."""
 
 
 class _Parts(Config):
@@ -104,6 +107,8 @@ class Terrain:
         yaw: float = 0.0,
         scale: float = 1.0,
         offset: float = 0.0,
+        noise: float | Literal["auto"] = 0.0,
+        fill: float = 0.0,
         friction: float = 0.5,
         parts: Iterable[BasePart | Mapping[str, Any]] = (),
     ) -> Terrain:
@@ -117,6 +122,8 @@ class Terrain:
             yaw: of the grid, rad.
             scale: by which the values are multiplied.
             offset: which is added then, m.
+            noise: standard deviation of the sensor's noise, which is taken out, m; "auto" estimates it.
+            fill: unknown holes up to so wide are filled, m.
             friction: μ where a part says none.
             parts: as in `from_parts`; they count their heights from z = 0.
 
@@ -127,7 +134,10 @@ class Terrain:
             values = np.asarray(heights, dtype=float) * scale + offset
         except (TypeError, ValueError):
             raise InputError("ground.map", type(heights).__name__, "must be an array of numbers") from None
-        return cls(0.0, friction, _checked(parts), HeightMap(values, resolution, np.asarray(origin), yaw))
+        raster = HeightMap(values, resolution, np.asarray(origin), yaw)
+        raster.require_metres()
+        raster = raster.without_noise(noise).with_holes_filled(fill)
+        return cls(0.0, friction, _checked(parts), raster)
 
     # -- queries --
 
@@ -138,9 +148,10 @@ class Terrain:
         """
         points, shape = as_points(x, y)
         z = np.full(len(points), np.nan)
-        for source in self._sources(points):
-            where, heights = source[0], source[1]
-            z[where] = heights
+        if self.map is not None:
+            z = self.level + self.map.height(points)
+        for number, index in self._ground_facets.under(points):
+            z[index] = self._ground_facets.all[number].z(points[index])
         return z.reshape(shape)
 
     def slope(self, x: ArrayLike, y: ArrayLike) -> Array:
@@ -149,8 +160,8 @@ class Terrain:
         result = np.full((len(points), 2), np.nan)
         if self.map is not None:
             result = self.map.slope(points)
-        for facet in self._ground_facets:
-            result[facet.contains(points)] = facet.slope
+        for number, index in self._ground_facets.under(points):
+            result[index] = self._ground_facets.all[number].slope
         return result.reshape(*shape, 2)
 
     def normal(self, x: ArrayLike, y: ArrayLike) -> Array:
@@ -161,8 +172,8 @@ class Terrain:
         """μ at places that broadcast together, their shape."""
         points, shape = as_points(x, y)
         mu = np.full(len(points), self.friction)
-        for facet in self._ground_facets:
-            mu[facet.contains(points)] = facet.friction
+        for number, index in self._ground_facets.under(points):
+            mu[index] = self._ground_facets.all[number].friction
         return mu.reshape(shape)
 
     def known(self, x: ArrayLike, y: ArrayLike) -> NDArray[np.bool_]:
@@ -177,7 +188,7 @@ class Terrain:
     @cached_property
     def planes(self) -> tuple[Facet, ...]:
         """The planar pieces that are seen from above. They do not overlap; without a map they are all."""
-        return visible(self._ground_facets)
+        return visible(self._ground_facets.all)
 
     @cached_property
     def _laid(self) -> tuple[Facet, ...]:
@@ -187,17 +198,15 @@ class Terrain:
         )
 
     @cached_property
-    def _ground_facets(self) -> tuple[Facet, ...]:
+    def _ground_facets(self) -> Facets:
         """All facets: without a map, first the plane that the parts lie on."""
-        return self._laid if self.map is not None else (square(self.level, self.friction), *self._laid)
+        plane = () if self.map is not None else (square(self.level, self.friction),)
+        return Facets((*plane, *self._laid))
 
-    def _sources(self, points: Array) -> Iterable[tuple[NDArray[np.bool_], Array]]:
-        """Which points each layer covers and their heights there, from the lowest layer to the highest."""
-        if self.map is not None:
-            yield np.ones(len(points), dtype=bool), self.level + self.map.height(points)
-        for facet in self._ground_facets:
-            where = facet.contains(points)
-            yield where, facet.z(points[where])
+    @cached_property
+    def seen(self) -> Facets:
+        """`planes` as facets that can be asked which of them are where."""
+        return Facets(self.planes)
 
     # -- other grounds made of it --
 
@@ -237,9 +246,8 @@ class Terrain:
         if np.prod(count.astype(float)) > MAX_CELLS:
             raise InputError("resolution", resolution, f"must leave at most {MAX_CELLS} cells")
         x, y = (c + resolution * np.arange(n) for c, n in zip(corner, count, strict=True))
-        return Terrain.from_map(
-            self.height(x[:, None], y[None, :]), resolution, corner, friction=self.friction
-        )
+        heights = HeightMap(self.height(x[:, None], y[None, :]), resolution, corner)
+        return Terrain(friction=self.friction, map=heights)
 
     def filled_under(self, feet: ArrayLike) -> Terrain:
         """A copy that knows the ground under a robot, where its own sensors could not see it.
@@ -258,9 +266,37 @@ class Terrain:
         nodes = self.map.nodes()
         near = distance_to_hull(convex_hull(touch[:, :2]), nodes.reshape(-1, 2)) <= FEET_MARGIN
         where = near.reshape(self.map.values.shape) & np.isnan(self.map.values)
+        if not where.any():
+            return self
         centre, height, slope = plane_of(touch)
         heights = height + (nodes[where] - centre) @ slope - self.level
         return replace(self, map=self.map.with_values_at(where, heights))
+
+    def filled_around(self, feet: ArrayLike) -> Terrain:
+        """`filled_under` where only the places of the feet are known: from the ground around them.
+
+        The heights of the feet are those of the plane on which most of what is known within `FEET_MARGIN` and
+        `RING` of their hull lies. Where nothing is known there, nothing is filled.
+
+        Args:
+            feet: where the standing feet are from above, (n, 2) with n ≥ 1, m.
+        """
+        from rollgait.terrain.hidden import plane_around
+
+        places = np.asarray(feet, dtype=float)
+        if self.map is None or not np.isnan(self.map.values).any():
+            return self
+        distance = distance_to_hull(convex_hull(places), self.map.nodes().reshape(-1, 2))
+        heights = self.map.values.ravel()
+        known = (distance <= FEET_MARGIN + RING) & ~np.isnan(heights)
+        around = np.column_stack([self.map.nodes().reshape(-1, 2)[known], heights[known]])
+        centre = places.mean(axis=0)
+        found = plane_around(centre, around)
+        if found is None:
+            return self
+        height, slope = found
+        z = self.level + height + (places - centre) @ slope
+        return self.filled_under(np.column_stack([places, z]))
 
     # -- kept in files --
 

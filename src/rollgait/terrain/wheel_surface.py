@@ -79,8 +79,8 @@ class WheelSurface:
         best = _Best(points)
         if self.terrain.map is not None:
             self._touch_map(best)
-        for number, facet in enumerate(self.terrain.planes):
-            _touch_facet(best, facet, number, self.radius)
+        for number, index in self.terrain.seen.near(points, self.radius):
+            _touch_facet(best, self.terrain.planes[number], number, index, self.radius)
         height = np.where(np.isfinite(best.height), best.height, np.nan)
         centre = np.column_stack([points, height + self.radius])
         return Touch(height, centre - self.radius * best.normal, best.normal, best.plane, best.face)
@@ -96,8 +96,8 @@ class WheelSurface:
         heights = raster.values + self.terrain.level
         nodes = raster.nodes().reshape(-1, 2)
         covered = np.zeros(len(nodes), dtype=bool)
-        for facet in self.terrain.planes:
-            covered |= facet.contains(nodes)
+        for _, index in self.terrain.seen.under(nodes):
+            covered[index] = True
         heights = np.where(covered.reshape(heights.shape), np.nan, heights)
         values = _dilated(heights, self.radius / raster.resolution, raster.resolution)
         if np.isnan(values).all():  # parts cover all of it
@@ -110,7 +110,13 @@ class WheelSurface:
             return
         height, slope = grid.height(best.points), grid.slope(best.points)
         known = ~np.isnan(height) & ~np.isnan(slope).any(axis=1)
-        best.take(known, height[known], normal_of(slope[known]), -1, np.ones(int(known.sum()), dtype=bool))
+        best.take(
+            np.flatnonzero(known),
+            height[known],
+            normal_of(slope[known]),
+            -1,
+            np.ones(int(known.sum()), dtype=bool),
+        )
 
 
 class _Best:
@@ -125,13 +131,12 @@ class _Best:
         self.face = np.zeros(count, dtype=bool)
 
     def take(
-        self, where: NDArray[np.bool_], height: Array, normal: Array, plane: int, face: NDArray[np.bool_]
+        self, index: NDArray[np.intp], height: Array, normal: Array, plane: int, face: NDArray[np.bool_]
     ) -> None:
-        """Takes touches at the marked points where they are higher than what was found before.
+        """Takes touches at the numbered points where they are higher than what was found before.
 
         A face wins over an edge of the same height: on a seam between two pieces of a plane both touch.
         """
-        index = np.flatnonzero(where)
         before = self.height[index]
         higher = (height > before + 1e-12) | (face & ~self.face[index] & (height >= before - 1e-12))
         index = index[higher]
@@ -139,13 +144,9 @@ class _Best:
         self.plane[index], self.face[index] = plane, face[higher]
 
 
-def _touch_facet(best: _Best, facet: Facet, number: int, radius: float) -> None:
-    """The touch of a ball with a planar polygon: with its inside, or with the highest of its edges."""
-    low, high = facet.box
-    near = np.asarray(((best.points >= low - radius) & (best.points <= high + radius)).all(axis=1))
-    if not near.any():
-        return
-    points = best.points[near]
+def _touch_facet(best: _Best, facet: Facet, number: int, index: NDArray[np.intp], radius: float) -> None:
+    """The touch of a ball at some points with a planar polygon: with its inside, or its highest edge."""
+    points = best.points[index]
     steepness = math.sqrt(1.0 + float(facet.slope @ facet.slope))
     offset = radius * facet.slope / steepness
     face = contains(facet.polygon, points + offset)
@@ -155,9 +156,7 @@ def _touch_facet(best: _Best, facet: Facet, number: int, radius: float) -> None:
         for begin, end in zip(*edges(facet.polygon), strict=True):
             _touch_edge(points, height, normal, ~face, facet, begin, end, radius)
     touched = np.isfinite(height)
-    where = near.copy()
-    where[near] = touched
-    best.take(where, height[touched], normal[touched], number, face[touched])
+    best.take(index[touched], height[touched], normal[touched], number, face[touched])
 
 
 def _touch_edge(

@@ -347,7 +347,7 @@ def _start_values(problem: Problem, layout: _Layouts) -> Array:
             start.base_rate[:3],
             start.p_foot[:, :2].ravel(),
             start.heading[list(layout.steerable)],
-            start.p_foot[:, 2] - problem.footing.height(np.zeros(1, dtype=int), start.p_foot[None, :, :2])[0],
+            np.zeros(FEET),  # at the start all feet are on the ground, be it fitted or not
             np.zeros(layout.node.size - layout.last),
         ]
     )
