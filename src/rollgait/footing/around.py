@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from rollgait.footing.phases import OVER_CLEARANCE, FeetPaths, Phase, phases_of
 from rollgait.scenario.schedule import ContactSchedule
 from rollgait.terrain.convex_region import SIDES
 from rollgait.terrain.local_models import models_along
-from rollgait.terrain.references import base_reference
+from rollgait.terrain.references import base_references
 from rollgait.terrain.regions import Regions
 
 
@@ -23,22 +23,29 @@ class Ways:
 
     Attributes:
         regions: of the wheel of each leg.
+        stance: nominal places of the feet, base-yaw frame, (4, 3), m.
         schedule: the contacts.
         phases: of each leg, interval by interval.
         swings: how high they go.
     """
 
     regions: Sequence[Regions]
+    stance: Array
     schedule: ContactSchedule
     phases: list[list[Phase]]
     swings: tuple[SwingOver, ...]
 
     @classmethod
     def along(
-        cls, regions: Sequence[Regions], schedule: ContactSchedule, paths: FeetPaths, swing_speed: float
+        cls,
+        regions: Sequence[Regions],
+        stance: Array,
+        schedule: ContactSchedule,
+        paths: FeetPaths,
+        swing_speed: float,
     ) -> Ways:
         """The ways of feet that go along paths; the arguments and errors are those of `phases_of`."""
-        return cls(regions, schedule, *phases_of(regions, schedule, paths, swing_speed))
+        return cls(regions, stance, schedule, *phases_of(regions, schedule, paths, swing_speed))
 
     def on(self, schedule: ContactSchedule) -> Ways:
         """The same on another mesh of the same contacts."""
@@ -60,7 +67,7 @@ class Ways:
             SwingOver(s.leg, int(node[s.lift_off]), int(node[s.touch_down]), s.before, s.top, s.after, s.over)
             for s in self.swings
         )
-        return Ways(self.regions, schedule, phases, swings)
+        return replace(self, schedule=schedule, phases=phases, swings=swings)
 
     def footing(self, paths: FeetPaths) -> Footing:
         """The ground as numbers about a motion that goes these ways."""
@@ -95,10 +102,27 @@ class Ways:
             b=b,
             floor=floor,
             swings=self.swings,
-            base=_base(model, self.schedule, self.swings, paths),
+            base=self._base(model, paths),
             radius=np.array([region.surface.radius for region in self.regions]),
             is_curved=curved,
         )
+
+    def _base(self, model: Array, paths: FeetPaths) -> Array:
+        """Ground, pitch and roll of the base at the nodes, (N + 1, 3): feet in the air count on their way."""
+        times, count, contact = self.schedule.node_times, self.schedule.intervals, self.schedule.contact
+        under = np.empty((count + 1, FEET))
+        for leg in range(FEET):
+            for node in range(count + 1):
+                k = min(node, count - 1)
+                if node and not contact[leg, k]:
+                    k = node - 1
+                under[node, leg] = _height(model[leg, k], paths.xy[node, leg])
+        for s in self.swings:
+            nodes = np.arange(s.lift_off, s.touch_down + 1)
+            passed = (times[nodes] - times[nodes[0]]) / (times[nodes[-1]] - times[nodes[0]])
+            before, after = under[nodes[[0, -1]], s.leg]
+            under[nodes, s.leg] = before + passed * (after - before)
+        return base_references(under, self.stance)
 
     def _raise_floor(self, leg: int, model: Array, xy: Array, floor: Array) -> None:
         """The least heights (N, 2) of a foot, where it goes over something."""
@@ -146,25 +170,3 @@ def _leaves(model: Array, schedule: ContactSchedule) -> Array:
     same = (here == there).all(axis=-1)
     leave[:, :-1][stays | same] = 0.0
     return leave
-
-
-def _base(model: Array, schedule: ContactSchedule, swings: tuple[SwingOver, ...], paths: FeetPaths) -> Array:
-    """Ground, pitch and roll of the base at the nodes, (N + 1, 3): feet in the air count on their way."""
-    times, count = schedule.node_times, schedule.intervals
-    under = np.empty((count + 1, FEET))
-    for leg in range(FEET):
-        for node in range(count + 1):
-            k = min(node, count - 1)
-            if node and not schedule.contact[leg, k]:
-                k = node - 1
-            under[node, leg] = _height(model[leg, k], paths.xy[node, leg])
-    for s in swings:
-        nodes = np.arange(s.lift_off, s.touch_down + 1)
-        passed = (times[nodes] - times[nodes[0]]) / (times[nodes[-1]] - times[nodes[0]])
-        under[nodes, s.leg] = s.before + passed * (s.after - s.before)
-    result = np.empty((count + 1, 3))
-    for node in range(count + 1):
-        feet = np.column_stack([paths.xy[node], under[node]])
-        reference = base_reference(feet, float(paths.yaw[node]))
-        result[node] = reference.ground, reference.pitch, reference.roll
-    return result

@@ -19,7 +19,7 @@ from rollgait.plan.samples import Samples
 from rollgait.robot.robot import Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
-from rollgait.terrain.references import base_reference
+from rollgait.terrain.references import base_references
 from rollgait.terrain.regions import Regions, regions_of
 from rollgait.terrain.terrain import Terrain
 
@@ -78,7 +78,7 @@ def find_ways(scenario: Scenario, schedule: ContactSchedule) -> OnTerrain:
     yaw = route.base[nodes, 2]
     paths = FeetPaths(route.feet[nodes], np.repeat(yaw[:, None], FEET, axis=1), yaw)
     speed = float(scenario.value_of("bounds", "swing_speed_max"))
-    ways = Ways.along(regions, schedule, paths, speed)
+    ways = Ways.along(regions, robot.stance, schedule, paths, speed)
     return OnTerrain(ways, route, ways.footing(paths))
 
 
@@ -119,9 +119,8 @@ def standing(robot: Robot, regions: list[Regions], place: Array, yaw: float) -> 
     for _ in range(SETTLING):
         feet[:, :2] = base[:2] + (in_base @ np.array(rotation(np, list(base[3:]))).T)[:, :2]
         feet[:, 2] = [region.surface.height(*foot[:2]) for region, foot in zip(regions, feet, strict=True)]
-        reference = base_reference(feet, yaw)
-        base[2] = reference.ground + robot.height
-        base[4:] = reference.pitch, reference.roll
+        ground, *base[4:] = base_references(feet[:, 2], robot.stance)
+        base[2] = ground + robot.height
         in_base[:, 2] = ((feet - base[:3]) @ np.array(rotation(np, list(base[3:]))))[:, 2]
     return base, feet
 

@@ -29,6 +29,23 @@ class BaseReference:
     roll: float
 
 
+def base_references(heights: Array, stance: Array, share: float = TILT_SHARE) -> Array:
+    """What the ground asks of the base: mean ground (m), pitch and roll (rad), (…, 3).
+
+    The slope is that through the heights at the nominal places of the feet: it hardly changes where the feet
+    lean, so that a problem may know it before it is solved.
+
+    Args:
+        heights: of the ground under the feet, (…, 4), m.
+        stance: nominal places of the feet, base-yaw frame, (4, 2) or (4, 3), m.
+        share: of the slope that the base takes.
+    """
+    places = stance[:, :2] - stance[:, :2].mean(axis=0)
+    ground = heights.mean(axis=-1)
+    slope = (heights - ground[..., None]) @ np.linalg.pinv(places, rcond=1e-9).T
+    return np.stack([ground, -share * np.arctan(slope[..., 0]), share * np.arctan(slope[..., 1])], axis=-1)
+
+
 def base_reference(feet: Array, yaw: float, share: float = TILT_SHARE) -> BaseReference:
     """The reference of the base from its feet on the ground.
 

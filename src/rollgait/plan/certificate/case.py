@@ -90,7 +90,9 @@ class Case:
         offset = at.foot_position - at.com_position[..., None, :]
         if self.terrain is None:
             return in_yaw_frame(offset, at.euler[..., :1])
-        _, wanted = wanted_pose(ground_under_feet(self.schedule, self.motion), at.euler[..., 0])
+        _, wanted = wanted_pose(
+            ground_under_feet(self.schedule, self.motion), at.euler[..., 0], self.robot.stance
+        )
         return in_base_frame(offset, wanted)
 
     def standing_pose(self, at: Samples, yaw: Array) -> tuple[Array, Array]:
@@ -98,7 +100,7 @@ class Case:
         if self.terrain is None:
             level = np.stack([yaw, np.zeros_like(yaw), np.zeros_like(yaw)], axis=-1)
             return np.full_like(yaw, self.scenario.height), level
-        ground, wanted = wanted_pose(at.foot_position, yaw)
+        ground, wanted = wanted_pose(at.foot_position, yaw, self.robot.stance)
         return ground + self.robot.height, wanted
 
     @cached_property

@@ -14,20 +14,21 @@ TILT_SHARE: Final = 0.6
 """Share of the slope under its feet that the base takes (docs/terrain.md)."""
 
 
-def wanted_pose(feet: Array, yaw: Array) -> tuple[Array, Array]:
+def wanted_pose(feet: Array, yaw: Array, stance: Array) -> tuple[Array, Array]:
     """The height (…) over which the CoM should be at its nominal one, and the angles of the base (…, 3), rad.
 
     Args:
         feet: places of the ground under the feet, (…, 4, 3), m.
         yaw: of the base, (…), rad.
+        stance: nominal places of the feet, at which their heights count, base-yaw frame, (4, 3), m.
     """
-    middle = feet.mean(axis=-2)
-    spread = feet - middle[..., None, :]
-    slope = np.einsum("...ij,...j->...i", np.linalg.pinv(spread[..., :2], rcond=1e-9), spread[..., 2])
-    c, s = np.cos(yaw), np.sin(yaw)
-    pitch = -TILT_SHARE * np.arctan(slope[..., 0] * c + slope[..., 1] * s)
-    roll = TILT_SHARE * np.arctan(slope[..., 1] * c - slope[..., 0] * s)
-    return middle[..., 2], np.stack([yaw, pitch, roll], axis=-1)
+    z = feet[..., 2]
+    middle = z.mean(axis=-1)
+    columns = np.column_stack([np.ones(len(stance)), stance[:, :2]])
+    plane, *_ = np.linalg.lstsq(columns, z.reshape(-1, len(stance)).T, rcond=1e-9)
+    forward, left = plane[1:].reshape(2, *middle.shape)
+    pitch, roll = -TILT_SHARE * np.arctan(forward), TILT_SHARE * np.arctan(left)
+    return middle, np.stack([yaw, pitch, roll], axis=-1)
 
 
 def ground_under_feet(schedule: ContactSchedule, motion: DenseMotion) -> Array:
