@@ -38,7 +38,8 @@ def simulate(
         wheels: `angle` follows the integrated planned angle of the wheels, `velocity` only their speed.
         force: execute the plan even if its certificate fails.
         whole_body: the whole body, or the YAML file that describes it; the robot's own if not given.
-        terrain: the ground; a plane under the planned feet if not given.
+        terrain: the ground, in place of the plan's own; where that is flat or not known, a plane under the
+            planned feet.
 
     Returns:
         The log, which judges itself: `log.report()`.
@@ -61,6 +62,8 @@ def simulate(
         body = whole_body if isinstance(whole_body, WholeBody) else load_whole_body(whole_body)
     from rollgait.simulation.run import run
 
+    if terrain is None and joints.terrain is not None and not joints.terrain.is_flat:
+        terrain = joints.terrain
     return run(
         joints, body, disturbances or Disturbances(), feedback=feedback, wheels=wheels, terrain=terrain
     )

@@ -181,6 +181,11 @@ class Terrain:
         return ~np.isnan(self.height(x, y))
 
     @property
+    def is_flat(self) -> bool:
+        """Whether it is one level plane: there are neither parts nor a map."""
+        return self.map is None and not self.parts
+
+    @property
     def planar(self) -> bool:
         """Whether it is made of planes alone: there is no map."""
         return self.map is None

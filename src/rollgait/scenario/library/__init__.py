@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from importlib import resources
+from pathlib import Path
 
 from rollgait.config import parse_yaml
 from rollgait.errors import UnknownNameError
@@ -37,5 +38,6 @@ def _of_the_library(name: str) -> Scenario:
     if name not in scenario_names():
         rule = "is neither a scenario of the library nor a .yaml file"
         raise UnknownNameError("scenario", name, scenario_names(), rule)
-    text = resources.files(__package__).joinpath(f"{name}.yaml").read_text(encoding="utf-8")
-    return Scenario.from_dict(parse_yaml(text, f"{name}.yaml"))
+    folder = resources.files(__package__)
+    text = folder.joinpath(f"{name}.yaml").read_text(encoding="utf-8")
+    return Scenario.from_dict(parse_yaml(text, f"{name}.yaml"), Path(str(folder)))
