@@ -94,6 +94,14 @@ class JacobianFill:
         unequal[self._bound_entry.place] = 1.0
         unequal[self._bound_row.place] = w[rows.bounded]
 
+    def untouched(self) -> list[Array]:
+        """What nobody is to write to, of each of the three: neither derivatives nor rows stand there."""
+        bounds = [np.empty(0, dtype=np.intp)] * 2 + [self._bound_entry.place]
+        return [
+            memory.beside(np.concatenate([derivative.place, bound]))
+            for memory, (derivative, _, _), bound in zip(self._memories, self._parts, bounds, strict=True)
+        ]
+
     def put_nothing(self) -> None:
         """All rows are zero and nothing depends on anything."""
         for memory in self._memories:
@@ -159,6 +167,10 @@ class HessianFill:
         data[place.last_rows.place] = 0.0
         data[place.below.place] = first[place.slopes]
         data[place.bound.place] += bound_multipliers
+
+    def untouched(self) -> list[Array]:
+        """What nobody is to write to: neither derivatives nor the last rows stand there."""
+        return [self._memory.beside(np.concatenate([self._places.upper.place, self._places.lower.place]))]
 
     def put_identity(self) -> None:
         """The Lagrangian of half the square of all variables."""
@@ -240,6 +252,7 @@ class _Memory:
         self._parts = [
             self.data[o : o + w * p] for o, w, p in zip(self._offset, width, panels, strict=True) if w and p
         ]
+        self._sizes = list(zip(rows.tolist(), columns.tolist(), strict=True))
         self._is_ready = False
 
     @property
@@ -255,6 +268,15 @@ class _Memory:
         place += column * c.PANEL
         place += inside
         return _Elements(stage, place, self._offset)
+
+    def beside(self, places: Index) -> Array:
+        """All elements but those at some places and in the last rows of the stages."""
+        is_ours = np.zeros(self.data.size, dtype=bool)
+        for k, (rows, columns) in enumerate(self._sizes):
+            row, column = np.divmod(np.arange((rows - 1) * columns), max(columns, 1))
+            is_ours[self.index(np.full(row.size, k), row, column).place] = True
+        is_ours[places] = False
+        return self.data[is_ours]
 
     def make_ready(self) -> None:
         """Sets all elements to zero, unless nobody but the same evaluation has written anything."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.transcription.buffered import Buffered
+from rollgait.transcription.buffered import Buffered, repeated
 from rollgait.transcription.nlp import Block, Nlp
 
 Array = NDArray[np.float64]
@@ -33,10 +33,10 @@ class StageEvaluation:
         self.variable_source = np.flatnonzero(self._position < nlp.size)
         self.variable_number = self._position[self.variable_source]
         inputs = [self._y, self._p]
-        self._value = Buffered(f.value.map(count), inputs)
-        self._gradient = Buffered(f.gradient.map(count), inputs)
-        self._jacobian = Buffered(f.jacobian.map(count), inputs)
-        self._hessian = Buffered(f.hessian.map(count), [*inputs, self._lam_f, self._lam])
+        self._value = Buffered(repeated(f.value, count), inputs)
+        self._gradient = Buffered(repeated(f.gradient, count), inputs)
+        self._jacobian = Buffered(repeated(f.jacobian, count), inputs)
+        self._hessian = Buffered(repeated(f.hessian, count), [*inputs, self._lam_f, self._lam])
 
     def _load(self, w: Array) -> None:
         np.take(np.concatenate([w, self._constants]), self._position, out=self._y)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -9,6 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+
+@lru_cache(maxsize=64)
+def repeated(function: ca.Function, count: int) -> ca.Function:
+    """A function of the columns of its arguments. Making it takes longer than to evaluate it a few times."""
+    return function.map(count)
 
 
 class Buffered:

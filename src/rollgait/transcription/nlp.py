@@ -20,6 +20,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.transcription.buffered import repeated
 from rollgait.transcription.code import StageCode
 from rollgait.transcription.presolve import FIXED_TOLERANCE, BoundSources, Presolve
 from rollgait.transcription.stage import RowLabel, Stage
@@ -420,7 +421,7 @@ def _limits_something(stage: Stage) -> NDArray[np.bool_]:
 
 def _mapped(function: ca.Function, block: Block, y: Array, output: int = 0) -> Array:
     """A stage function at all repetitions of its block."""
-    results = function.map(block.stage.count).call([y, block.stage.parameters])
+    results = repeated(function, block.stage.count).call([y, block.stage.parameters])
     return np.asarray(results[output])
 
 

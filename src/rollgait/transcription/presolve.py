@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.transcription.buffered import Buffered
+from rollgait.transcription.buffered import Buffered, repeated
 from rollgait.transcription.code import StageCode
 from rollgait.transcription.stage import Stage
 
@@ -250,5 +250,5 @@ def _slopes(block: Repeated, somewhere: np.random.Generator) -> Array:
     f, count = block.function, block.stage.count
     y = somewhere.uniform(0.5, 1.5, block.variables.shape).T.ravel()
     p = np.ascontiguousarray(block.stage.parameters.T).ravel()
-    (slopes,) = Buffered(f.jacobian.map(count), [y, p])()
+    (slopes,) = Buffered(repeated(f.jacobian, count), [y, p])()
     return slopes.reshape(count, -1).T
