@@ -323,7 +323,7 @@ def _describe_worst(nlp: Nlp, problem: Problem, solution: Solution) -> str:
     if violations.max(initial=0.0) <= VIOLATION_TOLERANCE:
         return ""
     number = int(np.argmax(violations))
-    origin = nlp.origins[number]
+    origin = nlp.origin(number)
     label = origin.label
     at = problem.schedule.node_times[origin.interval]
     amount = f"{violations[number] * label.scale:.3g} {label.unit}".rstrip()

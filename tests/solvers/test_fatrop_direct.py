@@ -6,6 +6,7 @@ import gc
 import logging
 import weakref
 
+import numpy as np
 import pytest
 
 from rollgait.ocp.problem import make_problem
@@ -65,3 +66,19 @@ def test_another_library_means_the_way_through_casadi(
         "which is slower"
     ]
     assert solver.solve(transcribed.encode(kinematic_guess(transcribed.problem))).solved
+
+
+def test_fatrop_writes_only_the_last_rows_of_its_matrices(transcribed: Transcribed) -> None:
+    """What is zero in all of them is made zero once: nobody else may have written there."""
+    solver = make_solver(transcribed, kernels=False)
+    assert isinstance(solver, DirectFatrop)
+    guess = transcribed.encode(kinematic_guess(transcribed.problem))
+    far = guess + 0.3 * np.random.default_rng(0).normal(size=guess.size)
+    solver.solve(far)  # difficult: regularised again and again
+    assert solver.solve(guess).solved
+    engine = solver._engine
+    assert len(engine._hessians) > 1, "two sets of matrices take turns"
+    left = [part for fill in engine._hessians.values() for part in fill.untouched()]
+    left += [part for fill in engine._jacobians.values() for part in fill.untouched()]
+    assert sum(part.size for part in left) > 10_000
+    np.testing.assert_array_equal(np.concatenate(left), 0.0)

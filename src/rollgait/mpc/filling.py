@@ -59,6 +59,16 @@ class Filling:
             stage.numbers("interval")[:] = self.interval
         self.set_bounds(settings.bounds)
 
+    @property
+    def steers(self) -> NDArray[np.bool_]:
+        """Which feet turn in stance: the others' second motion, a speed to the side, is one of swing."""
+        return np.array([leg.foot == "steerable" for leg in self.robot.leg_list])
+
+    @property
+    def rolls(self) -> NDArray[np.bool_]:
+        """Which feet move in stance."""
+        return np.array([leg.foot != "point" for leg in self.robot.leg_list])
+
     # -- what seldom changes -----------------------------------------------------------------------------
 
     def set_robot(self, robot: Robot) -> None:
@@ -98,8 +108,9 @@ class Filling:
         self._speed = np.array([min(bounds.speed_max, leg.speed_max) for leg in legs])
         self.speed_limit: Array = np.maximum(self._speed, bounds.swing_speed_max)
         rates = [min(bounds.steering_rate_max, leg.steering_rate_max) for leg in legs]
-        self.steering_rate: Array = np.array(rates)
-        self._put_limits("second_motion", -self.steering_rate[:, None], self.steering_rate[:, None])
+        second = np.where(self.steers, rates, bounds.swing_speed_max)
+        self.second_limit: Array = second
+        self._put_limits("second_motion", -second[:, None], second[:, None])
         self._problem.interval.numbers("mu")[:] = bounds.friction
 
     def _all(self, stage: LiveStage, name: str, values: object) -> None:
@@ -127,8 +138,11 @@ class Filling:
         stage.numbers("stands")[:] = stands
         if self._own:
             self.context.contact = stands
-        moves = np.where(locked, 1.0 - share, 1.0)
-        stage.numbers("moves")[:] = np.repeat(moves, 2, axis=0)
+        moves = [
+            np.where(locked | ~may_in_stance[:, None], 1.0 - share, 1.0)
+            for may_in_stance in (self.rolls, self.steers)
+        ]
+        stage.numbers("moves")[:] = np.stack(moves, axis=1).reshape(-1, count)
         for part in self._stages:
             part.numbers("ground")[:] = self.ground[:, None]
         stage.numbers("foot_height")[:] = height[:-1].T

@@ -41,12 +41,13 @@ def first_inputs(
     u = iterate.inputs[0]
     force = contact[:, None] * u[layout.inputs["force"]].reshape(4, 3) * fill.robot.weight
     motion = u[layout.inputs["motion"]].reshape(4, 2).copy()
-    locked = contact & clock.locked(now)
+    locked = contact & (clock.locked(now) | ~fill.rolls)
     motion[locked] = 0.0
+    motion[contact & ~fill.steers, 1] = 0.0  # no wheel slips sideways
     before = np.zeros(4) if previous is None else previous.motion[:, 0]
     limit = period * np.where(contact, bounds.acceleration_max, bounds.swing_acceleration_max)
     change = np.clip(motion[:, 0] - before, -limit, limit)
-    speed, rate = fill.speed_limit, fill.steering_rate
+    speed, rate = fill.speed_limit, fill.second_limit
     motion[:, 0] = np.where(locked, 0.0, np.clip(before + change, -speed, speed))
     motion[:, 1] = np.clip(motion[:, 1], -rate, rate)
     # an iterate may violate what no robot shall be asked for; the pyramid reaches √2 beyond the cone

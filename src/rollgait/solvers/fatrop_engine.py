@@ -308,13 +308,15 @@ class FatropEngine:
     def _jacobian_fill(self, matrices: Sequence[Any]) -> JacobianFill:
         key = matrices[0][0].pA
         if key not in self._jacobians:
-            self._jacobians[key] = JacobianFill(self.nlp, self._rows, matrices)
+            like = next(iter(self._jacobians.values()), None)
+            self._jacobians[key] = JacobianFill(self.nlp, self._rows, matrices, like)
         return self._jacobians[key]
 
     def _hessian_fill(self, matrix: Any) -> HessianFill:
         key = matrix[0].pA
         if key not in self._hessians:
-            self._hessians[key] = HessianFill(self.nlp, self._rows, matrix)
+            like = next(iter(self._hessians.values()), None)
+            self._hessians[key] = HessianFill(self.nlp, self._rows, matrix, like)
         return self._hessians[key]
 
     def _report(self, w: Array) -> None:

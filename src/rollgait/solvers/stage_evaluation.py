@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.transcription.buffered import Buffered, repeated
 from rollgait.transcription.nlp import Block, Nlp
 
 Array = NDArray[np.float64]
@@ -35,10 +33,10 @@ class StageEvaluation:
         self.variable_source = np.flatnonzero(self._position < nlp.size)
         self.variable_number = self._position[self.variable_source]
         inputs = [self._y, self._p]
-        self._value = _Buffered(f.value.map(count), inputs)
-        self._gradient = _Buffered(f.gradient.map(count), inputs)
-        self._jacobian = _Buffered(f.jacobian.map(count), inputs)
-        self._hessian = _Buffered(f.hessian.map(count), [*inputs, self._lam_f, self._lam])
+        self._value = Buffered(repeated(f.value, count), inputs)
+        self._gradient = Buffered(repeated(f.gradient, count), inputs)
+        self._jacobian = Buffered(repeated(f.jacobian, count), inputs)
+        self._hessian = Buffered(repeated(f.hessian, count), [*inputs, self._lam_f, self._lam])
 
     def _load(self, w: Array) -> None:
         np.take(np.concatenate([w, self._constants]), self._position, out=self._y)
@@ -72,22 +70,3 @@ class StageEvaluation:
         np.take(multipliers, self._lam_index, out=self._lam)
         second, first = self._hessian()
         return second, first
-
-
-class _Buffered:
-    """A CasADi function on fixed arrays."""
-
-    def __init__(self, function: ca.Function, inputs: list[Array]) -> None:
-        self._inputs = inputs
-        self._outputs = [np.zeros(max(1, function.nnz_out(i))) for i in range(function.n_out())]
-        self._sizes = [function.nnz_out(i) for i in range(function.n_out())]
-        self._buffer, self._evaluate = function.buffer()
-        buffer: Any = self._buffer  # (its stub asks for sizes)
-        for i, array in enumerate(inputs):
-            buffer.set_arg(i, array.data)
-        for i, array in enumerate(self._outputs):
-            buffer.set_res(i, array.data)
-
-    def __call__(self) -> list[Array]:
-        self._evaluate()
-        return [array[:size] for array, size in zip(self._outputs, self._sizes, strict=True)]

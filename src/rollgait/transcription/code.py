@@ -68,7 +68,7 @@ class StageCode:
             triangle of that of the Lagrangian, and its gradient.
         costs: (y, p) to the cost term by term.
         jacobian_rows, jacobian_cols, hessian_rows, hessian_cols: where the nonzeros stand.
-        linear: which local variables the Jacobian does not depend on, (n_y,).
+        linear: which nonzeros of the Jacobian depend on no local variable.
         parameters: names and sizes of what p is made of, in its order.
         groups: the rows.
         cost_names: the costs, in the order of `costs`.

@@ -11,7 +11,7 @@ rows that bound one variable are bounds, and rows without a variable are gone.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -20,16 +20,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.transcription.buffered import repeated
 from rollgait.transcription.code import StageCode
+from rollgait.transcription.presolve import FIXED_TOLERANCE, BoundSources, Presolve
 from rollgait.transcription.stage import RowLabel, Stage
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-
-FIXED_TOLERANCE = 1e-12
-"""Limits closer than this fix a variable."""
-CONTRADICTION_TOLERANCE = 1e-6
-"""A row without variables may miss its limits by this much (in its scaling) before it is a contradiction."""
 
 INPUTS = ("x", "p", "lam_f", "lam_g")
 """What `nlpsol` calls the variables, the parameters and the multipliers of cost and constraints."""
@@ -85,42 +82,6 @@ class BoundOrigin(RowOrigin):
 
 
 @dataclass(frozen=True)
-class _BoundSources:
-    """Block, row, repetition and slope behind the lower (0) and upper (1) bound of each variable."""
-
-    index: Index
-    slope: Array
-
-    @classmethod
-    def none(cls, total: int) -> _BoundSources:
-        return cls(np.full((2, total, 3), -1, dtype=np.intp), np.ones((2, total)))
-
-    def note(
-        self,
-        block: int,
-        row: Index,
-        stage: Index,
-        variable: Index,
-        slope: Array,
-        ends: Array,
-        bounds: tuple[Array, Array],
-    ) -> None:
-        """Notes the rows whose `ends` (lower and upper, n each) have become the bounds of their variables."""
-        for side, end in enumerate(ends):
-            here = np.isfinite(end) & (end == bounds[side][variable])
-            sources = np.stack([np.full(row.shape, block), row, stage], axis=-1)
-            self.index[side, variable[here]] = sources[here]
-            self.slope[side, variable[here]] = np.abs(slope[here])
-
-    def of(self, side: int, variables: Index) -> Iterator[tuple[int, int, int, float]]:
-        """Block (−1 if there is no bound), row, repetition, slope for each of the variables."""
-        for (block, row, stage), slope in zip(
-            self.index[side, variables].tolist(), self.slope[side, variables].tolist(), strict=True
-        ):
-            yield block, row, stage, slope
-
-
-@dataclass(frozen=True)
 class _Patterns:
     """Sparsities of the whole problem.
 
@@ -165,31 +126,20 @@ class Nlp:
 
     def _presolve(self, initial: Array, live: bool) -> None:
         """Rows of one free variable become bounds, variables with equal bounds constants, until none is."""
-        low, high = np.full(self.total, -np.inf), np.full(self.total, np.inf)
-        low[: initial.size] = high[: initial.size] = initial
-        self._kept = [block.stage.holds & (_limits_something(block.stage) | live) for block in self.blocks]
+        kept = [block.stage.holds & (_limits_something(block.stage) | live) for block in self.blocks]
         self.contradictions: list[tuple[RowOrigin, float]] = []
-        self._bound_sources = _BoundSources.none(self.total)
         if live:
+            low, high = np.full(self.total, -np.inf), np.full(self.total, np.inf)
+            low[: initial.size] = high[: initial.size] = initial
+            self._bound_sources = BoundSources.none(self.total)
             self._split(low, high)
-            for block, keep in zip(self.blocks, self._kept, strict=True):
-                keep &= self._has_free(block, np.ones((block.function.jacobian_rows.size, 1)))
+            self._kept = [keep & self._has_free(block) for block, keep in zip(self.blocks, kept, strict=True)]
             return
-        # of what is linear, these slopes are the same everywhere; of the rest only whether they are always 0
-        # is read, which at random places is told without fail
-        somewhere = np.random.default_rng(0)
-        slopes = [
-            _mapped(b.function.jacobian, b, somewhere.uniform(0.5, 1.5, b.variables.shape))
-            for b in self.blocks
-        ]
-        parts = list(zip(self.blocks, self._kept, slopes, strict=True))
-        while True:
-            self._split(low, high)
-            taken = [self._take_bounds(*part, low, high) for part in parts]
-            if not any(taken):
-                break
-        for part in parts:
-            self._drop_empty(*part)
+        known = Presolve(self.blocks, kept, self.total, initial)
+        self._kept, self._bound_sources = known.kept, known.sources
+        self._split(known.low, known.high)
+        for number, row, k, excess in known.contradictions:
+            self.contradictions.append((self._origin(number, row, k), excess))
 
     def _split(self, low: Array, high: Array) -> None:
         """Tells free variables from fixed ones."""
@@ -207,62 +157,16 @@ class Nlp:
         self._position[-1] = self.size + fixed_index.size
         self._fixed_values = np.concatenate([self.constants[fixed_index], [0.0]])
 
-    def _take_bounds(
-        self, block: Block, keep: NDArray[np.bool_], slopes: Array, low: Array, high: Array
-    ) -> bool:
-        """Turns rows with one free variable, if linear in it, into bounds; whether there were any."""
-        f, free_entry = block.function, self._free_entries(block, slopes)
-        entries, bent = np.zeros(keep.shape, dtype=int), np.zeros(keep.shape, dtype=bool)
-        np.add.at(entries, f.jacobian_rows, free_entry)
-        np.logical_or.at(bent, f.jacobian_rows, free_entry & ~f.linear[:, None])
-        single = keep & (entries == 1) & ~bent
-        if not single.any():
-            return False
-        local = self._local(block, np.zeros(self.size))
-        values = _mapped(f.value, block, local, output=1)
-        nonzero, stage = np.nonzero(free_entry & single[f.jacobian_rows])
-        row = f.jacobian_rows[nonzero]
-        variable = block.variables[f.jacobian_cols[nonzero], stage]
-        limits = np.stack([block.stage.lower[row, stage], block.stage.upper[row, stage]])
-        ends = (limits - values[row, stage]) / slopes[nonzero, stage]
-        ends = np.where(slopes[nonzero, stage] > 0.0, ends, ends[::-1])
-        np.maximum.at(low, variable, ends[0])
-        np.minimum.at(high, variable, ends[1])
-        self._bound_sources.note(
-            self.blocks.index(block), row, stage, variable, slopes[nonzero, stage], ends, (low, high)
-        )
-        keep &= ~single
-        crossed = low[variable] > high[variable] + FIXED_TOLERANCE
-        for i in np.flatnonzero(crossed):
-            origin = RowOrigin(block.stage.labels[row[i]], block.first + int(stage[i]))
-            crossing = (low[variable[i]] - high[variable[i]]) * abs(slopes[nonzero[i], stage[i]])
-            self.contradictions.append((origin, float(crossing)))
-        return True
-
-    def _free_entries(self, block: Block, slopes: Array) -> NDArray[np.bool_]:
-        """Which entries of the rows' Jacobian are of a free variable and not always zero, (nnz, count)."""
-        f = block.function
+    def _has_free(self, block: Block) -> NDArray[np.bool_]:
+        """Which rows of a block may depend on a free variable, (n_rows, count)."""
+        f, result = block.function, np.zeros((block.function.rows, block.stage.count), dtype=bool)
         is_free = self._position[block.variables] < self.size
-        return np.asarray(is_free[f.jacobian_cols] & (slopes != 0.0))
-
-    def _has_free(self, block: Block, slopes: Array) -> NDArray[np.bool_]:
-        """Which rows of a block depend on a free variable, (n_rows, count)."""
-        result = np.zeros((len(block.stage.labels), block.stage.count), dtype=bool)
-        np.logical_or.at(result, block.function.jacobian_rows, self._free_entries(block, slopes))
+        np.logical_or.at(result, f.jacobian_rows, is_free[f.jacobian_cols])
         return result
 
-    def _drop_empty(self, block: Block, keep: NDArray[np.bool_], slopes: Array) -> None:
-        """Rows in which no variable is free are dropped, after a look whether they are satisfied."""
-        f, has_free = block.function, self._has_free(block, slopes)
-        empty = keep & ~has_free
-        if not empty.any():
-            return
-        values = _mapped(f.value, block, self._local(block, np.zeros(self.size)), output=1)
-        excess = np.maximum(block.stage.lower - values, values - block.stage.upper)
-        for row, k in zip(*np.nonzero(empty & ~(excess <= CONTRADICTION_TOLERANCE)), strict=True):
-            origin = RowOrigin(block.stage.labels[row], block.first + int(k))
-            self.contradictions.append((origin, float(excess[row, k])))
-        keep &= has_free
+    def _origin(self, number: int, row: int, k: int) -> RowOrigin:
+        block = self.blocks[number]
+        return RowOrigin(block.stage.labels[row], block.first + k)
 
     # -- numbering ---------------------------------------------------------------------------------------
 
@@ -353,6 +257,15 @@ class Nlp:
         )
         return _Patterns(jacobian, source, hessian, total)
 
+    def origin(self, number: int) -> RowOrigin:
+        """Where a constraint comes from, by its number among the solver's rows."""
+        for which, order in enumerate(self._order):
+            if number < order.size:
+                k, row = divmod(int(order[number]), self.blocks[which].function.rows)
+                return self._origin(which, row, k)
+            number -= order.size
+        raise IndexError(number)
+
     @cached_property
     def origins(self) -> list[RowOrigin]:
         """Where each constraint comes from, in the order of the solver's rows."""
@@ -402,7 +315,7 @@ class Nlp:
     def limit_name(self, number: int) -> str:
         """What a constraint, or a bound, is about; numbered as in `violations`."""
         if number < self.rows:
-            return self.origins[number].label.describe()
+            return self.origin(number).label.describe()
         sides = (origins[number - self.rows] for origins in self.bound_origins)
         return next((origin.label.describe() for origin in sides if origin), "a variable")
 
@@ -508,7 +421,7 @@ def _limits_something(stage: Stage) -> NDArray[np.bool_]:
 
 def _mapped(function: ca.Function, block: Block, y: Array, output: int = 0) -> Array:
     """A stage function at all repetitions of its block."""
-    results = function.map(block.stage.count).call([y, block.stage.parameters])
+    results = repeated(function, block.stage.count).call([y, block.stage.parameters])
     return np.asarray(results[output])
 
 

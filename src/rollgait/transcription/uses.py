@@ -38,7 +38,7 @@ BODY_SIZES: Mapping[str, int] = {
 """Parameters that every stage has: figures of the robot, length of the interval, height of the ground."""
 INPUT_NAMES = ("now_", "before_", "rise_")
 """How the names of symbols begin that stand for inputs."""
-OWN_PACKAGES = ("dynamics", "footing", "mpc", "ocp", "transcription")
+OWN_PACKAGES = ("dynamics", "footing", "ocp", "transcription")
 """Folders of the package whose code the expressions of a stage come from."""
 
 

@@ -1,0 +1,74 @@
+"""The controller of robots whose wheels cannot be steered, or that have none: what stands does not slip."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from rollgait.mpc.command import VelocityCommand
+from rollgait.mpc.loop import ClosedLoop
+from rollgait.mpc.settings import MpcSettings
+from rollgait.mpc.setup import make_loop
+from rollgait.plant.state import RobotState
+from rollgait.robot.library import find_robot
+
+Array = NDArray[np.float64]
+PATIENT = MpcSettings(deadline=10.0)
+"""How busy the machine is shall not decide about a test."""
+
+
+def run(
+    kind: Literal["fixed", "point"], seconds: float, gait: str, **command: Any
+) -> tuple[RobotState, Array]:
+    """The last state, and the fastest that feet on the ground moved along their heading and across, m/s."""
+    loop: ClosedLoop = make_loop(find_robot("centauro").with_feet(kind), "rigid", PATIENT, gait=gait)
+    fastest = np.zeros(2)
+    for _ in range(round(seconds / PATIENT.period)):
+        before = loop.plant.state
+        control, _ = loop.step(VelocityCommand(gait=gait, **command))
+        after = loop.plant.state
+        velocity = (after.foot_position - before.foot_position)[control.contact, :2] / PATIENT.period
+        heading = 0.5 * (before.heading + after.heading)[control.contact]
+        along, across = (
+            np.stack([np.cos(heading), np.sin(heading)]),
+            np.stack([-np.sin(heading), np.cos(heading)]),
+        )
+        for axis, direction in enumerate((along, across)):
+            fastest[axis] = max(fastest[axis], np.abs((direction * velocity.T).sum(axis=0)).max(initial=0.0))
+        assert not loop.plant.fallen
+    assert not loop.mpc.events
+    return loop.plant.state, fastest
+
+
+@pytest.mark.parametrize("forward", [0.2, -0.2])
+def test_fixed_wheels_drive_straight(forward: float) -> None:
+    state, (along, across) = run("fixed", 2.0, "drive", forward=forward)
+    assert state.com_velocity[0] == pytest.approx(forward, abs=0.01)
+    assert abs(state.com_position[1]) < 1e-3
+    assert abs(state.euler[0]) < 1e-3
+    assert along == pytest.approx(0.2, abs=0.03)
+    assert across < 1e-6
+
+
+@pytest.mark.parametrize(
+    "command", [{"turn_rate": 0.3}, {"lateral": 0.1}, {"forward": 0.2, "turn_rate": 0.3}]
+)
+def test_fixed_wheels_never_slip_sideways_whatever_they_are_told(command: dict[str, float]) -> None:
+    _, (_, across) = run("fixed", 2.0, "drive", **command)
+    assert across < 1e-3  # the heading turns within a period
+
+
+def test_fixed_wheels_turn_by_steps() -> None:
+    state, (_, across) = run("fixed", 3.0, "crawl", turn_rate=0.15)
+    assert state.euler[0] > np.radians(8.0)
+    assert np.hypot(*state.com_position[:2]) < 0.05
+    assert across < 1e-3
+
+
+def test_point_feet_stand_still_and_walk() -> None:
+    state, fastest = run("point", 3.0, "trot", forward=0.1)
+    assert state.com_position[0] > 0.15
+    np.testing.assert_allclose(fastest, 0.0, atol=1e-9)
