@@ -73,7 +73,7 @@ class Clearances:
         )
 
     def ground(self, time: Array, q: Array, terrain: Terrain) -> Nearest | None:
-        """The least height of body and legs above the ground; None if no shape is known.
+        """The least height of body and legs above the ground; None if no shape or no ground is known.
 
         Args:
             time: (n,), s.
@@ -84,7 +84,10 @@ class Clearances:
         def look(chosen: NDArray[np.intp]) -> tuple[Array, list[str]]:
             return self._heights(q[chosen], terrain), [hull.link for hull, _ in self._bodies]
 
-        return _nearest(time, look) if self._bodies else None
+        if not self._bodies:
+            return None
+        found = nearest(time, look)
+        return found if np.isfinite(found.distance) else None
 
     def legs(self, time: Array, q: Array) -> Nearest | None:
         """The least distance between shapes of two legs; None if there are none.
@@ -108,7 +111,7 @@ class Clearances:
         def look(chosen: NDArray[np.intp]) -> tuple[Array, list[str]]:
             return np.array([distances(q[k])[apart] for k in chosen]), names
 
-        return _nearest(time, look)
+        return nearest(time, look)
 
     def _surface(self, hull: Hull) -> Array:
         """Points of a hull that must not touch the ground: not those of the ball of a point foot."""
@@ -186,7 +189,7 @@ class Clearances:
         return geometry, names
 
 
-def _nearest(time: Array, look: Callable[[NDArray[np.intp]], tuple[Array, list[str]]]) -> Nearest:
+def nearest(time: Array, look: Callable[[NDArray[np.intp]], tuple[Array, list[str]]]) -> Nearest:
     """The least of what `look` sees: at times `COARSE` apart, then at all samples about the least of them.
 
     Args:
