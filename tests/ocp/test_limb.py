@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from rollgait.ocp.limb import JointSteering, Reach
 from rollgait.ocp.problem import Problem, make_problem
+from rollgait.plan.certificate.limits import reach
 from rollgait.robot.robot import Limb, Robot
 from rollgait.scenario.scenario import Scenario
 from tests.expressions import numbers, value
@@ -75,6 +79,29 @@ def test_extension_is_the_distance_of_the_two_pitch_axes(
     extension, radius = value(term.expression(x, x.feet[leg], data_of(term, PROBLEM, leg=leg)))
     assert extension == pytest.approx(forward**2 + drop**2, abs=1e-9)
     assert radius == pytest.approx(forward**2 + limb.plane_offset**2, abs=1e-9)
+
+
+@given(legs, numbers(1.2), st.floats(0.1, 0.5), st.floats(0.2, 0.6), numbers(0.3), numbers(0.3), numbers(3.0))
+def test_on_a_slope_the_ankle_stands_above_the_wheel_in_the_world(
+    leg: int, hip_yaw: float, forward: float, drop: float, pitch: float, roll: float, yaw: float
+) -> None:
+    """The leg reaches to a place in its plane; below it the wheel is as upright as the plane lets it."""
+    limb = limb_of(leg)
+    R = Rotation.from_euler("ZYX", [yaw, pitch, roll])
+    up = turned(hip_yaw, R.inv().apply([0.0, 0.0, 1.0])) * [1.0, 0.0, 1.0]  # in the leg's plane
+    ankle = np.array([limb.direction * forward, limb.plane_offset, -drop])
+    in_plane = ankle - limb.ankle_height * up
+    assume(limb.direction * in_plane[0] > 0.05)
+    n = random_numbers(0, ROBOT)
+    p = n.p.copy()
+    p[leg] = n.r + R.apply(np.asarray(limb.hip) + turned(-hip_yaw, in_plane))
+    x = as_instant(ROBOT, replace(n, theta=np.array([yaw, pitch, roll]), p=p))
+    up_body, p_body = R.inv().apply([0.0, 0.0, 1.0]), R.inv().apply(p[leg] - n.r)
+    foot = replace(x.feet[leg], up_body=ca.SX(up_body), p_body=ca.SX(p_body))
+    extension, _ = value(Reach().expression(x, foot, data_of(Reach(), PROBLEM, leg=leg)))
+    assert extension == pytest.approx(forward**2 + drop**2, abs=1e-6)
+    judged, _ = reach(limb, p_body, up_body)
+    assert judged == pytest.approx(np.hypot(forward, drop), abs=1e-9)
 
 
 @pytest.mark.parametrize("leg", range(4))

@@ -74,6 +74,7 @@ class Foot:
         p: lowest point of the foot, world, 3, m; on level ground the contact point.
         p_body: Rzᵀ (p − r), in the base-yaw frame, 3, m; where the ground is not level that frame is tilted
             as the ground asks for.
+        up_body: e_z in that frame, 3: how wheels stand that are upright.
         height: of the foot above the ground, m.
         height_rate: how fast it rises above the ground, m/s.
         velocity: ṗ, world, 3, m/s.
@@ -96,6 +97,7 @@ class Foot:
     kind: FootKind
     p: ca.SX
     p_body: ca.SX
+    up_body: ca.SX
     height: ca.SX
     height_rate: ca.SX
     velocity: ca.SX
@@ -213,6 +215,7 @@ def make_instant(
                 kind=kind,
                 p=p,
                 p_body=R_feet.T @ (p - r),
+                up_body=R_feet[2, :].T,
                 height=height[i],
                 height_rate=height_rate[i],
                 velocity=ca.vertcat(*planar.velocity, rise),

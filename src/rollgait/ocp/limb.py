@@ -2,7 +2,9 @@
 
 With (X, Y) the contact point from the hip_yaw axis in the base-yaw frame, the leg's plane stands at the angle
 α with Rz(α) (direction √(X² + Y² − d²), d) = (X, Y), and hip_yaw = −α. The wheel's heading is
-σ − θz = −(hip_yaw + ankle_yaw). The base is taken as level: it tilts by less than a few degrees.
+σ − θz = −(hip_yaw + ankle_yaw). All this is seen from a base that is tilted as the ground asks for, a few
+degrees from how it is. The wheel stays upright in the leg's plane: on a slope the ankle does not stand above
+it as the base sees it.
 """
 
 from __future__ import annotations
@@ -65,10 +67,8 @@ class JointSteering(FootConstraint):
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         X, Y = foot.p_body[0] - d.hip[0], foot.p_body[1] - d.hip[1]
-        square = X**2 + Y**2 - d.offset**2
-        extension = d.direction * ca.sqrt(0.5 * (square + ca.sqrt(square**2 + _SQUARE_MIN**2)))
-        alpha = ca.atan2(extension * Y - d.offset * X, extension * X + d.offset * Y)
-        hip_yaw = -alpha
+        along = _along(X, Y, _forward(X**2 + Y**2 - d.offset**2, d), d)
+        hip_yaw = -ca.atan2(along[1], along[0])
         angles: ca.SX = ca.vertcat(hip_yaw, -foot.steering - hip_yaw)
         return angles
 
@@ -92,7 +92,12 @@ class Reach(FootConstraint):
 
     def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
         limb = _known(problem.robot.leg_list[leg].limb)
-        return {"hip": limb.hip, "offset": [limb.plane_offset], "ankle_height": [limb.ankle_height]}
+        return {
+            "hip": limb.hip,
+            "offset": [limb.plane_offset],
+            "direction": [limb.direction],
+            "ankle_height": [limb.ankle_height],
+        }
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
         limb = _known(problem.robot.leg_list[leg].limb)
@@ -102,9 +107,24 @@ class Reach(FootConstraint):
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         from_hip = foot.p_body - d.hip
         rho_square = ca.sumsqr(from_hip[:2])
-        v = -(from_hip[2] + d.ankle_height)
-        squares: ca.SX = ca.vertcat(rho_square - d.offset**2 + v**2, rho_square)
+        forward = _forward(rho_square - d.offset**2, d)
+        along = _along(from_hip[0], from_hip[1], forward, d)
+        lean = (along[0] * foot.up_body[0] + along[1] * foot.up_body[1]) / rho_square
+        ankle = d.ankle_height * lean  # how far it stands before the wheel, along the leg's plane
+        v = -(from_hip[2] + d.ankle_height * foot.up_body[2])
+        e_square = rho_square - d.offset**2 + ankle * (2.0 * forward + ankle) + v**2
+        squares: ca.SX = ca.vertcat(e_square, rho_square)
         return squares
+
+
+def _forward(square: ca.SX, d: Data) -> ca.SX:
+    """direction √square, smooth where the foot is under the hip."""
+    return ca.SX(d.direction * ca.sqrt(0.5 * (square + ca.sqrt(square**2 + _SQUARE_MIN**2))))
+
+
+def _along(X: ca.SX, Y: ca.SX, forward: ca.SX, d: Data) -> tuple[ca.SX, ca.SX]:
+    """ρ² Rz(α) e_x: along the leg's plane, away from its hip if the leg extends forward."""
+    return forward * X + d.offset * Y, forward * Y - d.offset * X
 
 
 def _known(limb: Limb | None) -> Limb:

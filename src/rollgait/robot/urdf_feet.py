@@ -6,18 +6,16 @@ where the geometry is.
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from rollgait.errors import InputError
 from rollgait.robot.urdf_files import Urdf
+from rollgait.robot.urdf_shapes import Shape, below, moving_origin, numbers, origin_of, shapes_of, welded
 from rollgait.robot.whole_body import LegJoints
 
 Array = NDArray[np.float64]
@@ -33,9 +31,6 @@ ROUND: Final = 0.15
 
 TIP: Final = 0.02
 """What is within this share of the farthest point of a link is its tip."""
-
-MESH_BYTES_MAX: Final = 100_000_000
-"""Largest mesh that is measured."""
 
 GIVEN: Final = "given"
 
@@ -57,36 +52,6 @@ class FootShape:
     radius: float
     source: str
     known: bool = True
-
-
-@dataclass(frozen=True)
-class _Shape:
-    """A shape in the frame of the leg: its own frame there, and its XML."""
-
-    element: ET.Element
-    R: Array
-    p: Array
-    mesh: Path | None
-
-    @property
-    def kind(self) -> str:
-        return self.element.tag
-
-    def length(self, key: str) -> float:
-        return float(self.element.get(key, "0"))
-
-    def points(self) -> Array:
-        """Vertices, or points that span the shape as well, (n, 3), m."""
-        if self.mesh is not None:
-            local = _vertices(self.mesh, _numbers(self.element.get("scale", "1 1 1")))
-        elif self.kind == "box":
-            local = 0.5 * _numbers(self.element.get("size", "0 0 0")) * _CORNERS
-        else:  # the ends of a cylinder or capsule
-            local = 0.5 * self.length("length") * np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
-        return np.asarray(local @ self.R.T + self.p)
-
-
-_CORNERS: Final = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
 
 def measure_foot(urdf: Urdf, field: str, leg: LegJoints) -> FootShape:
@@ -123,16 +88,16 @@ def measure_foot(urdf: Urdf, field: str, leg: LegJoints) -> FootShape:
 def _wheel(urdf: Urdf, leg: LegJoints) -> FootShape | None:
     """The largest cylinder along the axle; else the largest sphere; else what is widest about the axle."""
     frame, axle = leg.frame, _axle(urdf, leg)
-    poses = _welded(urdf, frame)
+    poses = welded(urdf, frame)
     for part in ("collision", "visual"):
-        shapes = list(_shapes(urdf, poses, part))
+        shapes = list(shapes_of(urdf, poses, part))
         cylinders = [s for s in shapes if s.kind == "cylinder" and abs(s.R[:, 2] @ axle) > ALONG_AXLE]
         for name, alike in (("cylinder", cylinders), ("sphere", [s for s in shapes if s.kind == "sphere"])):
             if alike:
                 widest = max(alike, key=lambda s: s.length("radius"))
                 return _on_axle(urdf, leg, float(widest.p @ axle), widest.length("radius"), f"{part} {name}")
     for part in ("collision", "visual"):
-        vertices = [s.points() for s in _shapes(urdf, poses, part) if s.mesh is not None]
+        vertices = [s.points() for s in shapes_of(urdf, poses, part) if s.mesh is not None]
         if vertices:
             points = np.concatenate(vertices)
             along = points @ axle
@@ -158,9 +123,9 @@ def _axle(urdf: Urdf, leg: LegJoints) -> Array:
         element = urdf.joint_elements[joint.name]
         if joint.name == leg.wheel_joint:
             axis = element.find("axis")
-            direction = _numbers("1 0 0" if axis is None else axis.get("xyz", "1 0 0"))
+            direction = numbers("1 0 0" if axis is None else axis.get("xyz", "1 0 0"))
             return np.asarray(R.T @ direction / np.linalg.norm(direction))
-        R = _origin(element)[0] @ R
+        R = origin_of(element)[0] @ R
     raise InputError("legs.wheel_joint", leg.wheel_joint, f"is not a joint above {leg.frame}")
 
 
@@ -169,23 +134,26 @@ def _axle(urdf: Urdf, leg: LegJoints) -> Array:
 
 def _foot(urdf: Urdf, leg: LegJoints) -> FootShape:
     """The ball at the end of a leg; else its tip."""
-    own = _below(urdf, leg.frame)
-    above = {name: pose for name, pose in _welded(urdf, leg.frame).items() if name not in own}
-    knee = _moving_origin(urdf, leg.frame)
+    own = below(urdf, leg.frame)
+    above = {name: pose for name, pose in welded(urdf, leg.frame).items() if name not in own}
+    knee = moving_origin(urdf, leg.frame)
     for part in ("collision", "visual"):
-        balls = [(s.p, s.length("radius")) for s in _shapes(urdf, own, part) if s.kind == "sphere"]
-        balls += [b for s in _shapes(urdf, own, part) if s.kind == "capsule" for b in _ends(s)]
+        balls = [(s.p, s.length("radius")) for s in shapes_of(urdf, own, part) if s.kind == "sphere"]
+        balls += [b for s in shapes_of(urdf, own, part) if s.kind == "capsule" for b in _ends(s)]
         if balls:
             centre, radius = max(balls, key=lambda ball: float(np.linalg.norm(ball[0] - knee) + ball[1]))
             return FootShape(centre, np.zeros(3), radius, f"URDF, {part} sphere")
     for part in ("collision", "visual"):
-        for s in _shapes(urdf, above, part):
+        for s in shapes_of(urdf, above, part):
             if s.kind == "sphere" and np.linalg.norm(s.p) <= s.length("radius"):
                 return FootShape(s.p, np.zeros(3), s.length("radius"), f"URDF, {part} sphere of the shank")
     if np.linalg.norm(knee) > 1e-6:  # the frame is no joint's: a foot of its own
         return _ball_of_mesh(urdf, own) or _unknown(np.zeros(3))
     points = [
-        s.points() for part in ("collision", "visual") for s in _shapes(urdf, own, part) if s.kind != "sphere"
+        s.points()
+        for part in ("collision", "visual")
+        for s in shapes_of(urdf, own, part)
+        if s.kind != "sphere"
     ]
     if not points:
         return _unknown(np.zeros(3))
@@ -202,7 +170,7 @@ def _unknown(tip: Array) -> FootShape:
 
 def _ball_of_mesh(urdf: Urdf, poses: dict[str, tuple[Array, Array]]) -> FootShape | None:
     for part in ("collision", "visual"):
-        for s in _shapes(urdf, poses, part):
+        for s in shapes_of(urdf, poses, part):
             if s.mesh is None:
                 continue
             points = s.points()
@@ -214,89 +182,6 @@ def _ball_of_mesh(urdf: Urdf, poses: dict[str, tuple[Array, Array]]) -> FootShap
     return None
 
 
-def _ends(capsule: _Shape) -> Iterator[tuple[Array, float]]:
+def _ends(capsule: Shape) -> Iterator[tuple[Array, float]]:
     for end in capsule.points():
         yield end, capsule.length("radius")
-
-
-# -- what is welded to what --
-
-
-def _welded(urdf: Urdf, link: str) -> dict[str, tuple[Array, Array]]:
-    """All links of the rigid body of a link, with their poses in its frame."""
-    top = link
-    R, p = np.eye(3), np.zeros(3)
-    for joint in reversed(urdf.chain(link)):
-        if joint.kind != "fixed":
-            break
-        R_joint, p_joint = _origin(urdf.joint_elements[joint.name])
-        R, p = R_joint @ R, R_joint @ p + p_joint
-        top = joint.parent
-    return _below(urdf, top, R.T, -R.T @ p)
-
-
-def _below(
-    urdf: Urdf, link: str, R: Array | None = None, p: Array | None = None
-) -> dict[str, tuple[Array, Array]]:
-    """A link and what is welded below it, with poses in a frame in which the link's own is (R, p)."""
-    poses = {link: (np.eye(3) if R is None else R, np.zeros(3) if p is None else p)}
-    waiting = [link]
-    while waiting:
-        above = waiting.pop()
-        for joint in urdf.children_of(above):
-            if joint.kind == "fixed":
-                R_above, p_above = poses[above]
-                R_joint, p_joint = _origin(urdf.joint_elements[joint.name])
-                poses[joint.child] = (R_above @ R_joint, R_above @ p_joint + p_above)
-                waiting.append(joint.child)
-    return poses
-
-
-def _moving_origin(urdf: Urdf, link: str) -> Array:
-    """The origin of the last moving joint above a link, in the link's frame."""
-    R, p = np.eye(3), np.zeros(3)
-    for joint in reversed(urdf.chain(link)):
-        if joint.kind != "fixed":
-            break
-        R_joint, p_joint = _origin(urdf.joint_elements[joint.name])
-        R, p = R_joint @ R, R_joint @ p + p_joint
-    return np.asarray(-R.T @ p)
-
-
-def _shapes(urdf: Urdf, poses: dict[str, tuple[Array, Array]], part: str) -> Iterator[_Shape]:
-    for link, (R, p) in poses.items():
-        for element in urdf.links[link].findall(part):
-            R_shape, p_shape = _origin(element)
-            for geometry in element.findall("geometry/*"):
-                mesh = urdf.find_mesh(geometry.get("filename", "")) if geometry.tag == "mesh" else None
-                if geometry.tag != "mesh" or (mesh is not None and _readable(mesh)):
-                    yield _Shape(geometry, R @ R_shape, R @ p_shape + p, mesh)
-
-
-def _origin(element: ET.Element) -> tuple[Array, Array]:
-    origin = element.find("origin")
-    if origin is None:
-        return np.eye(3), np.zeros(3)
-    turn = Rotation.from_euler("xyz", _numbers(origin.get("rpy", "0 0 0")))
-    return np.asarray(turn.as_matrix()), _numbers(origin.get("xyz", "0 0 0"))
-
-
-def _numbers(text: str) -> Array:
-    return np.array([float(word) for word in text.split()])
-
-
-def _readable(mesh: Path) -> bool:
-    return len(_vertices(mesh, np.ones(3))) > 0
-
-
-def _vertices(mesh: Path, scale: Array) -> Array:
-    """Vertices of a mesh file, (n, 3), m; none if it cannot be read."""
-    import coal
-
-    if mesh.stat().st_size > MESH_BYTES_MAX:
-        return np.zeros((0, 3))
-    try:
-        loaded: Any = coal.MeshLoader().load(str(mesh))
-        return np.asarray(loaded.vertices(), dtype=float).reshape(-1, 3) * scale
-    except (ValueError, RuntimeError):
-        return np.zeros((0, 3))

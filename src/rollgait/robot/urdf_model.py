@@ -89,8 +89,9 @@ class BodyState:
         p_com: (3,), J_com (3, nv).
         p_base: origin of the base link, (3,), J_base (3, nv).
         R_world_base: (3, 3), J_base_angular (3, nv): angular velocity of the base in world axes.
-        p_foot: contact points (the lowest point of the rim), (4, 3), J_foot (4, 3, nv).
-        J_contact: of the material point at the contact, (4, 3, nv): turning the wheel moves it.
+        p_foot: lowest points of the rims, on level ground the contact points, (4, 3), J_foot (4, 3, nv).
+        J_contact: of the material point at `p_foot`, (4, 3, nv): turning the wheel moves it.
+        J_angular: of the angular velocity of the wheel, or of the foot's link, in world axes, (4, 3, nv).
         heading: of the wheels, (4,), rad in (−π, π], J_heading (4, nv).
         tilt: of the foot in the plane it can be tilted in, (4,), rad, J_tilt (4, nv).
         camber: angle of the axle above the horizontal, (4,), rad, J_camber (4, nv).
@@ -107,6 +108,7 @@ class BodyState:
     p_foot: Array
     J_foot: Array
     J_contact: Array
+    J_angular: Array
     heading: Array
     J_heading: Array
     tilt: Array
@@ -345,6 +347,7 @@ class WholeBodyModel:
             p_foot=p_foot,
             J_foot=self._spread(J_foot),
             J_contact=self._spread(J_contact),
+            J_angular=self._spread(angular),
             heading=heading,
             J_heading=self._spread(_row(by_heading, angular_link)),
             tilt=tilt,

@@ -168,6 +168,16 @@ def step_bounds(model: WholeBodyModel, q: Array, duration: float) -> tuple[Array
     return lower, upper
 
 
-def carried(state: BodyState, force: Array) -> Array:
-    """What contact forces, (4, 3), N, do in the place of drives: generalised forces, (nv,), N and N m."""
-    return np.asarray(np.einsum("lij,li->j", state.J_contact, force))
+def carried(state: BodyState, force: Array, contact_offset: Array | None = None) -> Array:
+    """What contact forces do in the place of drives: generalised forces, (nv,), N and N m.
+
+    Args:
+        state: the whole body.
+        force: (4, 3), N.
+        contact_offset: from the lowest points of the rims to where the forces act, (4, 3), m; none on level
+            ground.
+    """
+    result = np.einsum("lij,li->j", state.J_contact, force)
+    if contact_offset is not None:
+        result += np.einsum("lij,li->j", state.J_angular, np.cross(contact_offset, force))
+    return np.asarray(result)

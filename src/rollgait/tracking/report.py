@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.config import Line
 from rollgait.robot.robot import LEG_NAMES
+
+if TYPE_CHECKING:
+    from rollgait.tracking.clearance import Nearest
 
 Array = NDArray[np.float64]
 
@@ -19,6 +22,12 @@ LENGTH_TOLERANCE: Final = 1e-3
 
 ANGLE_TOLERANCE: Final = np.radians(0.5)
 """Farthest that a heading or the base may be from its angle, rad."""
+
+CLEARANCE_MIN: Final = 0.01
+"""Smallest distance of body and ground, and of one leg and another, m: shapes are looked at no finer."""
+
+TORQUE_TIME_MAX: Final = 0.05
+"""So long a drive gives its largest torque, s: a foot that strikes the ground asks for no more."""
 
 LIMIT_TOLERANCE: Final = 1e-6
 """By how much rounding may exceed a joint's limit, rad or rad/s."""
@@ -132,6 +141,25 @@ def joint_rows(
     yield _smallest("position margin", position_margin, -LIMIT_TOLERANCE, "rad", names, time)
     yield _smallest("speed margin", speed_max - speed, -LIMIT_TOLERANCE, "rad/s", names, time)
     yield _largest("torque use", 100.0 * torque_use, None, "%", names, time)
+    yield _largest("torque at limit", _time_at_limit(time, torque_use), TORQUE_TIME_MAX, "s", names, time)
+
+
+def clearance_rows(ground: Nearest | None, legs: Nearest | None) -> Iterator[TrackingRow]:
+    """Rows of the nearest approaches of body and ground and of two legs, as far as they are known."""
+    for name, found in (("ground clearance", ground), ("leg clearance", legs)):
+        if found is not None:
+            yield TrackingRow(name, found.distance, CLEARANCE_MIN, "m", found.where, found.time, True)
+
+
+def _time_at_limit(time: Array, use: Array) -> Array:
+    """For how long (s) each joint's torque has been at its limit or beyond, without a break, (n, n_j)."""
+    step = np.gradient(time)
+    held = np.zeros_like(use)
+    before = np.zeros(use.shape[1])
+    for k, is_at_limit in enumerate(use >= 1.0):
+        before = np.where(is_at_limit, before + step[k], 0.0)
+        held[k] = before
+    return held
 
 
 def _largest(

@@ -27,9 +27,10 @@ class Target:
     Attributes:
         p_com: (3,), m.
         R_world_base: (3, 3).
-        p_foot: contact points, (4, 3), m.
+        p_foot: lowest points of the rims, on level ground the contact points, (4, 3), m.
         heading: of the wheels, (4,), rad.
-        roll_step: by how much each wheel turns about its axle in this step, (4,), rad: ∫ v/R dt.
+        roll_step: by how much each wheel turns about its axle in this step, (4,), rad: ∫ v/R dt, v along the
+            ground.
     """
 
     p_com: Array
@@ -58,7 +59,7 @@ class Task(ABC):
 
 
 class FootPosition(Task):
-    """Contact points at their planned places: 3 rows per leg, m."""
+    """Lowest points of the rims at their planned places: 3 rows per leg, m."""
 
     name = "foot position"
 
@@ -70,7 +71,7 @@ class FootPosition(Task):
 
 
 class WheelRolling(Task):
-    """Wheels turn as they roll, γ̇ = v / R about their axle in the world: 1 row per wheel, rad.
+    """Wheels turn as they roll, γ̇ = v / R about their axle in the world, v along the ground: 1 row each, rad.
 
     Together with `FootPosition` the material point at the contact stands still along the heading.
     """

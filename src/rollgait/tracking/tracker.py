@@ -16,10 +16,11 @@ from rollgait.robot.robot import LEG_NAMES
 from rollgait.robot.urdf_model import BASE_V, BodyState, WholeBodyModel, load_model
 from rollgait.robot.whole_body import WholeBody
 from rollgait.tracking import tasks
+from rollgait.tracking.clearance import Clearances, Nearest
 from rollgait.tracking.headings import held_headings
 from rollgait.tracking.joints import JointTrajectory
 from rollgait.tracking.kinematics import InverseKinematics, carried
-from rollgait.tracking.report import TrackingReport, body_rows, joint_rows, leg_rows
+from rollgait.tracking.report import TrackingReport, body_rows, clearance_rows, joint_rows, leg_rows
 
 Array = NDArray[np.float64]
 
@@ -63,6 +64,7 @@ def _integrate(kinematics: InverseKinematics, samples: Samples, roll: Array) -> 
         base_error=np.zeros(n),
         seconds=np.zeros(n - 1),
     )
+    contact_offset = samples.contact_position - samples.foot_position
     steered = np.array(["heading" in rows for rows in model.orientation_rows])
 
     def target(k: int) -> tasks.Target:
@@ -76,7 +78,7 @@ def _integrate(kinematics: InverseKinematics, samples: Samples, roll: Array) -> 
 
     def note(k: int, state: BodyState) -> None:
         motion.q[k] = state.q
-        motion.contact_force[k] = carried(state, samples.force[k])
+        motion.contact_force[k] = carried(state, samples.force[k], contact_offset[k])
         motion.foot_error[k] = np.linalg.norm(samples.foot_position[k] - state.p_foot, axis=1)
         away = (samples.heading[k] - state.heading + np.pi) % (2.0 * np.pi) - np.pi
         motion.heading_error[k] = np.abs(away) * steered
@@ -97,9 +99,17 @@ def _integrate(kinematics: InverseKinematics, samples: Samples, roll: Array) -> 
 
 
 def _roll_steps(plan: Plan, samples: Samples, kinematics: InverseKinematics) -> Array:
-    """∫ v/R dt over each step, (n − 1, 4), rad; the speed is constant in an interval."""
+    """∫ v/R dt over each step, (n − 1, 4), rad; v along the ground, constant in an interval on a plane."""
     middle = plan.sample(0.5 * (samples.time[1:] + samples.time[:-1]))
-    return np.asarray(middle.speed * np.diff(samples.time)[:, None] / kinematics.rolling_radius)
+    speed = middle.speed * way_factor(middle)
+    return np.asarray(speed * np.diff(samples.time)[:, None] / kinematics.rolling_radius)
+
+
+def way_factor(samples: Samples) -> Array:
+    """Way of each foot along the ground over its way in the plane, in its heading's direction, (n, 4)."""
+    slope = -samples.contact_normal[..., :2] / samples.contact_normal[..., 2:]
+    climb = slope[..., 0] * np.cos(samples.heading) + slope[..., 1] * np.sin(samples.heading)
+    return np.hypot(1.0, climb)
 
 
 def _as_trajectory(plan: Plan, model: WholeBodyModel, samples: Samples, motion: _Motion) -> JointTrajectory:
@@ -115,6 +125,7 @@ def _as_trajectory(plan: Plan, model: WholeBodyModel, samples: Samples, motion: 
         *leg_rows(t, motion.foot_error, motion.heading_error),
         *body_rows(t, motion.com_error, motion.base_error, motion.camber),
         *joint_rows(t, model.joint_names, margin, speed, model.velocity_max, use),
+        *clearance_rows(*_clearances(plan, model, t, motion.q)),
     ]
     report = TrackingReport(
         rows=tuple(rows),
@@ -140,6 +151,14 @@ def _as_trajectory(plan: Plan, model: WholeBodyModel, samples: Samples, motion: 
         report=report,
         terrain=plan.scenario.terrain,
     )
+
+
+def _clearances(
+    plan: Plan, model: WholeBodyModel, t: Array, q: Array
+) -> tuple[Nearest | None, Nearest | None]:
+    """Nearest approaches of the body and the ground, and of two legs."""
+    clearances = Clearances(model)
+    return clearances.ground(t, q, plan.scenario.terrain), clearances.legs(t, q)
 
 
 def _velocities(model: WholeBodyModel, t: Array, q: Array) -> Array:

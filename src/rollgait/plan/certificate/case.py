@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rollgait.plan.certificate.contacts import Contacts, contacts_on
 from rollgait.plan.certificate.judged import Judged
 from rollgait.plan.certificate.motion import DenseMotion
-from rollgait.plan.certificate.physics import Array, in_base_frame, in_yaw_frame
+from rollgait.plan.certificate.physics import Array, in_base_frame, in_yaw_frame, rotation_world_base
 from rollgait.plan.certificate.pose import ground_under_feet, wanted_pose
 from rollgait.plan.samples import Samples
 from rollgait.robot.robot import FootKind, Leg, Robot
@@ -90,10 +90,20 @@ class Case:
         offset = at.foot_position - at.com_position[..., None, :]
         if self.terrain is None:
             return in_yaw_frame(offset, at.euler[..., :1])
-        _, wanted = wanted_pose(
-            ground_under_feet(self.schedule, self.motion), at.euler[..., 0], self.robot.stance
-        )
-        return in_base_frame(offset, wanted)
+        return in_base_frame(offset, self._wanted_tilt)
+
+    @cached_property
+    def up_base(self) -> Array:
+        """e_z in the frame of `foot_base`, (N, K, 3)."""
+        if self.terrain is None:
+            return np.broadcast_to([0.0, 0.0, 1.0], (*self.motion.time.shape, 3))
+        return rotation_world_base(self._wanted_tilt)[..., 2, :]
+
+    @cached_property
+    def _wanted_tilt(self) -> Array:
+        """Angles of a base with this yaw that is tilted as the ground asks for, (N, K, 3), rad."""
+        under = ground_under_feet(self.schedule, self.motion)
+        return wanted_pose(under, self.motion.at.euler[..., 0], self.robot.stance)[1]
 
     def standing_pose(self, at: Samples, yaw: Array) -> tuple[Array, Array]:
         """Height of the CoM (n,), m, and angles of the base (n, 3), rad, over feet that all stand."""

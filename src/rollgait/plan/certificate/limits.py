@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Final
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from rollgait.plan.certificate.contacts import slope_along
 from rollgait.plan.certificate.physics import Array, in_base_frame
 from rollgait.plan.certificate.rows import Row, measured
 from rollgait.robot.robot import Limb
+
+UP: Final = np.array([0.0, 0.0, 1.0])
 
 
 def check_box(case: Case) -> Iterator[Row]:
@@ -161,7 +164,7 @@ def check_joints(case: Case) -> Iterator[Row]:
         hip_yaw, ankle_yaw = joint_angles(leg.limb, case.foot_base[..., i, :], case.steering[..., i])
         hip_margin[..., i] = _inside(hip_yaw, leg.limb.hip_yaw) - guard
         ankle_margin[..., i] = _inside(ankle_yaw, leg.limb.steering_joint) - guard
-        extension, radius = reach(leg.limb, case.foot_base[..., i, :])
+        extension, radius = reach(leg.limb, case.foot_base[..., i, :], case.up_base)
         extension_margin[..., i] = _inside(extension, leg.limb.extension)
         radius_margin[..., i] = radius - leg.limb.radius_min
     steering = case.steers_by_joints
@@ -212,16 +215,25 @@ def joint_angles(limb: Limb, foot: Array, steering: Array) -> tuple[Array, Array
     return hip_yaw, -steering - hip_yaw
 
 
-def reach(limb: Limb, foot: Array) -> tuple[Array, Array]:
-    """Extension e and radius ρ of a leg, two arrays (…), m: e² = ρ² − d² + v².
+def reach(limb: Limb, foot: Array, up: Array = UP) -> tuple[Array, Array]:
+    """Extension e and radius ρ of a leg, two arrays (…), m.
 
-    v is the vertical distance from the hip pitch axis to the ankle pitch axis.
+    e is the distance of the ankle pitch axis from the hip pitch axis in the leg's plane. In that plane the
+    wheel is upright.
+
+    Args:
+        limb: figures of the leg.
+        foot: lowest point of the rim from the CoM, frame of the base, (…, 3), m.
+        up: unit vector upwards in that frame, (…, 3).
     """
-    x, y, z = np.moveaxis(foot - np.asarray(limb.hip), -1, 0)
-    radius = np.hypot(x, y)
-    vertical = z + limb.ankle_height
-    extension = np.sqrt(np.maximum(radius**2 - limb.plane_offset**2 + vertical**2, 0.0))
-    return extension, radius
+    offset = foot - np.asarray(limb.hip)
+    radius = np.hypot(offset[..., 0], offset[..., 1])
+    alpha = -joint_angles(limb, foot, np.zeros(()))[0]
+    c, s = np.cos(alpha), np.sin(alpha)
+    ankle = offset + limb.ankle_height * up
+    forward = np.sqrt(np.maximum(radius**2 - limb.plane_offset**2, 0.0)) * limb.direction
+    forward = forward + limb.ankle_height * (c * up[..., 0] + s * up[..., 1])
+    return np.hypot(forward, ankle[..., 2]), radius
 
 
 def _inside(values: Array, limits: tuple[float, float]) -> Array:
