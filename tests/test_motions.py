@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import rollgait as rg
+from tests.library import FLAT
 
 pytestmark = pytest.mark.slow
 
-MOTIONS = rg.scenario_names()
+MOTIONS = FLAT
 NOT_PROMISED_BY_THE_PAPER = {"goal_distance", "goal_yaw", "end_rate", "end_level"}
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import rollgait as rg
+from tests.library import FLAT
 
 pytestmark = pytest.mark.slow
 
@@ -19,7 +20,7 @@ TOLERANCES = {
 """Of the cost, relative, and of the CoM, m."""
 
 
-@pytest.mark.parametrize("name", rg.scenario_names())
+@pytest.mark.parametrize("name", FLAT)
 def test_same_solution(name: str) -> None:
     cost_tolerance, com_tolerance = TOLERANCES[name]
     scenario = rg.find_scenario(name).with_values({"profile": "paper"})

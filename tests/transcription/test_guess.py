@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from rollgait.ocp.lift import lift
 from rollgait.ocp.problem import Problem, make_problem
-from rollgait.scenario.library import find_scenario, scenario_names
+from rollgait.scenario.library import find_scenario
 from rollgait.scenario.scenario import Scenario
 from rollgait.transcription.guess import kinematic_guess, motion_inputs
+from tests.library import FLAT
 
 Array = NDArray[np.float64]
 
@@ -23,7 +24,7 @@ def problem(name: str, **values: Any) -> Problem:
     return make_problem(find_scenario(name).with_values({"robot": "centauro-2020", **values}))
 
 
-@pytest.fixture(params=scenario_names())
+@pytest.fixture(params=FLAT)
 def library(request: pytest.FixtureRequest) -> Problem:
     return problem(request.param)
 

@@ -17,14 +17,15 @@ from matplotlib.transforms import Bbox
 from rollgait.errors import FileError, UnknownNameError
 from rollgait.plan.plan import Plan
 from rollgait.robot import LEG_NAMES
-from rollgait.scenario import find_scenario, scenario_names
+from rollgait.scenario import find_scenario
 from rollgait.view.figures import FIGURES, IMAGE_FORMATS, figure, mark_of, save_figures
 from rollgait.view.motion import SNAPSHOT_SPACING, dense_samples, snapshot_times, swing_times
 from rollgait.view.style import LEG_COLOURS, STYLES
+from tests.library import FLAT
 from tests.view.builders import motion_plan
 
 MAGIC = {"png": b"\x89PNG\r\n\x1a\n", "pdf": b"%PDF-", "svg": b"<?xml"}
-PLANS = {name: motion_plan(find_scenario(name), solved=False) for name in scenario_names()}
+PLANS = {name: motion_plan(find_scenario(name), solved=False) for name in FLAT}
 every_plan = pytest.mark.parametrize("plan", PLANS.values(), ids=list(PLANS))
 every_figure = pytest.mark.parametrize("name", FIGURES)
 LABELS = {
