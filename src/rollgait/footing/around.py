@@ -9,7 +9,7 @@ import numpy as np
 
 from rollgait.dynamics.ground import MODEL_SIZE
 from rollgait.footing.footing import FEET, LEAVE_SIZE, Array, Footing, SwingOver
-from rollgait.footing.phases import OVER_CLEARANCE, FeetPaths, Phase, phases_of
+from rollgait.footing.phases import OVER_CLEARANCE, FeetPaths, Phase, Swinging, phases_of
 from rollgait.scenario.schedule import ContactSchedule
 from rollgait.terrain.convex_region import SIDES
 from rollgait.terrain.local_models import models_along
@@ -42,10 +42,10 @@ class Ways:
         stance: Array,
         schedule: ContactSchedule,
         paths: FeetPaths,
-        swing_speed: float,
+        how: Swinging,
     ) -> Ways:
         """The ways of feet that go along paths; the arguments and errors are those of `phases_of`."""
-        return cls(regions, stance, schedule, *phases_of(regions, schedule, paths, swing_speed))
+        return cls(regions, stance, schedule, *phases_of(regions, schedule, paths, how))
 
     def on(self, schedule: ContactSchedule) -> Ways:
         """The same on another mesh of the same contacts."""
@@ -64,7 +64,7 @@ class Ways:
             phases.append(mapped)
         node = np.append(first, schedule.intervals)
         swings = tuple(
-            SwingOver(s.leg, int(node[s.lift_off]), int(node[s.touch_down]), s.before, s.top, s.after, s.over)
+            replace(s, lift_off=int(node[s.lift_off]), touch_down=int(node[s.touch_down]))
             for s in self.swings
         )
         return replace(self, schedule=schedule, phases=phases, swings=swings)

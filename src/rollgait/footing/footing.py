@@ -43,6 +43,7 @@ class SwingOver:
         before, top, after: height of the ground where the foot leaves it, of what it goes over, and where it
             lands, m.
         over: whether there is something to go over: else the foot keeps to its local ground.
+        clearance: z_fly above it, m.
     """
 
     leg: int
@@ -52,6 +53,7 @@ class SwingOver:
     top: float
     after: float
     over: bool
+    clearance: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import numpy as np
 from rollgait.dynamics.step import rotation
 from rollgait.footing.around import Ways
 from rollgait.footing.footing import FEET, Array, Footing
-from rollgait.footing.phases import FeetPaths
+from rollgait.footing.phases import FeetPaths, Swinging
 from rollgait.footing.route import Route, find_route
 from rollgait.ocp.lift import minimum_jerk
 from rollgait.plan.samples import Samples
@@ -78,7 +78,8 @@ def find_ways(scenario: Scenario, schedule: ContactSchedule) -> OnTerrain:
     yaw = route.base[nodes, 2]
     paths = FeetPaths(route.feet[nodes], np.repeat(yaw[:, None], FEET, axis=1), yaw)
     speed = float(scenario.value_of("bounds", "swing_speed_max"))
-    ways = Ways.along(regions, robot.stance, schedule, paths, speed)
+    how = Swinging(speed, scenario.clearance_over)
+    ways = Ways.along(regions, robot.stance, schedule, paths, how)
     return OnTerrain(ways, route, ways.footing(paths))
 
 

@@ -49,6 +49,19 @@ class Phase:
 
 
 @dataclass(frozen=True)
+class Swinging:
+    """How feet swing.
+
+    Attributes:
+        speed_max: limit of a foot in the air, m/s.
+        clearance_over: z_fly above what it goes over, m.
+    """
+
+    speed_max: float
+    clearance_over: float
+
+
+@dataclass(frozen=True)
 class FeetPaths:
     """Where feet are at the N + 1 nodes of a schedule.
 
@@ -64,7 +77,7 @@ class FeetPaths:
 
 
 def phases_of(
-    regions: Sequence[Regions], schedule: ContactSchedule, paths: FeetPaths, swing_speed: float
+    regions: Sequence[Regions], schedule: ContactSchedule, paths: FeetPaths, how: Swinging
 ) -> tuple[list[list[Phase]], tuple[SwingOver, ...]]:
     """The phases of each leg, interval by interval, and how high each swing goes.
 
@@ -72,7 +85,7 @@ def phases_of(
         regions: of the foot of each leg.
         schedule: the contacts.
         paths: of the feet.
-        swing_speed: limit of a foot in the air, m/s.
+        how: limits of swings.
 
     Raises:
         NotSolvedError: a foot has no place to stand.
@@ -83,7 +96,7 @@ def phases_of(
         own = _stances(regions[leg], schedule, paths, leg)
         for swing in schedule.swings():
             if swing.leg == leg:
-                swings.append(_add_swing(own, regions[leg], swing, paths.xy[:, leg], schedule, swing_speed))
+                swings.append(_add_swing(own, regions[leg], swing, paths.xy[:, leg], schedule, how))
         phases.append([own[k] for k in range(schedule.intervals)])
     return phases, tuple(swings)
 
@@ -113,7 +126,7 @@ def _add_swing(
     swing: SwingPhase,
     path: Array,
     schedule: ContactSchedule,
-    speed: float,
+    how: Swinging,
 ) -> SwingOver:
     """Adds the phases of a swing; how high it goes."""
     begin, end = swing.lift_off, swing.touch_down
@@ -133,7 +146,7 @@ def _add_swing(
     if over:
         between = ~np.logical_or.reduce([box.contains(way) for box in boxes if box is not None])
         length = between.mean() * float(np.linalg.norm(lands - left))
-        first, last = _over(swing, length / (SWING_SPEED_SHARE * speed), schedule)
+        first, last = _over(swing, length / (SWING_SPEED_SHARE * how.speed_max), schedule)
     for k in range(begin, end):
         if k < first:
             own[k] = before if over else Phase(None, before.stance)
@@ -141,7 +154,9 @@ def _add_swing(
             own[k] = Phase(None, -1, float(top))
         else:
             own[k] = after if over else Phase(None, after.stance)
-    return SwingOver(swing.leg, begin, end, float(bottom[0]), float(top), float(bottom[1]), over)
+    return SwingOver(
+        swing.leg, begin, end, float(bottom[0]), float(top), float(bottom[1]), over, how.clearance_over
+    )
 
 
 def _over(swing: SwingPhase, duration: float, schedule: ContactSchedule) -> tuple[int, int]:

@@ -75,7 +75,7 @@ class SwingForce(FootConstraint):
 
 
 class Clearance(FootConstraint):
-    """p_z = terrain + z_fly at the node nearest to the middle of the swing."""
+    """ζ = z_fly at the node nearest to the middle of the swing, above what the foot goes over, if it does."""
 
     name = "clearance"
     role = Role.PHYSICS
@@ -83,7 +83,11 @@ class Clearance(FootConstraint):
     unit = "m"
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
-        z_fly = problem.scenario.clearance
+        scenario = problem.scenario
+        z_fly = np.full((1, problem.schedule.intervals), scenario.clearance)
+        for swing in problem.footing.swings:
+            if swing.leg == leg and swing.over:
+                z_fly[0, swing.lift_off : swing.touch_down] = scenario.clearance_over
         return z_fly, z_fly
 
     def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:

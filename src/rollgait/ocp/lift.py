@@ -42,7 +42,7 @@ def lift(
         rise, fall = (
             (clearance, clearance)
             if high is None
-            else (clearance + high.top - high.before, clearance + high.top - high.after)
+            else (high.clearance + high.top - high.before, high.clearance + high.top - high.after)
         )
         begin, middle, end = schedule.node_times[[swing.lift_off, swing.middle, swing.touch_down]]
         inside = (times >= begin) & (times <= end)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Self
+from typing import Final, Self
 
 import casadi as ca
 import numpy as np
@@ -15,12 +15,16 @@ from rollgait.ocp.limb import JointSteering, Reach
 from rollgait.ocp.term import INPUT, Data, FootConstraint, Limits, Mask, Phase, Place
 from rollgait.scenario.scenario import Scenario
 
+LIFT_OF_HEIGHT: Final = 0.24
+"""How far a foot is lifted beyond its nominal place at most, in heights of the CoM, where the box says less:
+CENTAURO's 0.18 m; its hip pitch meets its limit at 0.19 m."""
+
 
 class Box(FootConstraint):
     """|Rzᵀ (p_i − r) − p̄_i| ≤ b, componentwise; `full_rotation` uses R(θ) in place of Rz.
 
-    On ground that is not flat the frame is tilted as the ground asks for (`Body.R_world_feet`), and how high
-    a foot may be lifted says the reach of its leg where that is known: a box would forbid a high step.
+    On ground that is not flat the frame is tilted as the ground asks for (`Body.R_world_feet`), and how low a
+    foot may be says the reach of its leg where that is known, how high the hip: a box would forbid a step.
     """
 
     name = "box"
@@ -38,9 +42,11 @@ class Box(FootConstraint):
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
         b = half_sizes(problem)
-        if not problem.footing.is_flat and Reach().applies(problem, leg) and problem.bound(Reach.name):
-            b[2] = np.inf
-        return -b, b
+        if problem.footing.is_flat or not (Reach().applies(problem, leg) and problem.bound(Reach.name)):
+            return -b, b
+        low, high = -b, b.copy()
+        low[2], high[2] = -np.inf, max(b[2, 0], LIFT_OF_HEIGHT * problem.robot.height)
+        return low, high
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         p_body = x.R_world_base.T @ (foot.p - x.r) if self.full_rotation else foot.p_body

@@ -42,6 +42,8 @@ class BaseGait(Config):
     """`locked`: the feet stand still on the ground, as point feet do (the paper's legged mode)."""
     clearance: Positive | None = None
     """z_fly: height of the foot above the ground in mid-swing, m. Default: 0.08, less for small robots."""
+    clearance_over: Positive | None = None
+    """The same above an edge, a gap or a bump that it goes over, m. Default: as `clearance`, 0.05 at most."""
 
     def swings(self, horizon: float) -> Swings:
         """Lift-off and touch-down times of each leg within `horizon` (s); ValueError if it does not fit."""

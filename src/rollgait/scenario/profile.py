@@ -15,6 +15,8 @@ CLEARANCE = 0.08
 """z_fly, m, of a robot of CENTAURO's size."""
 CLEARANCE_OF_HEIGHT = 0.135
 """The most that it is, as a part of the CoM's height: what CENTAURO's 0.08 m are of its 0.6 m."""
+CLEARANCE_OVER = 0.05
+"""The most that it is above something that a foot goes over, m: legs end, and what is gone over is known."""
 FORCE_OF_WEIGHT = 0.045
 """The most that the smallest normal force is, as a part of the weight: 40 N of the lighter CENTAURO's."""
 

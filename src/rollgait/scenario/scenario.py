@@ -22,6 +22,7 @@ from rollgait.scenario.gait import GAIT_KINDS, GAITS, BaseGait, Drive, Gait
 from rollgait.scenario.profile import (
     CLEARANCE,
     CLEARANCE_OF_HEIGHT,
+    CLEARANCE_OVER,
     FORCE_OF_WEIGHT,
     PROFILES,
     ProfileName,
@@ -228,6 +229,12 @@ class Scenario(Config):
         fitting = min(CLEARANCE, CLEARANCE_OF_HEIGHT * self.body.height)
         return fitting if self.gait.clearance is None else self.gait.clearance
 
+    @property
+    def clearance_over(self) -> float:
+        """z_fly above what a foot goes over, m: the gait's own, else less than above the ground."""
+        own = self.gait.clearance_over
+        return min(self.clearance, CLEARANCE_OVER) if own is None else own
+
     def value_of(self, group: str, name: str) -> Any:
         """A weight or bound: the scenario's own value, else the profile's default, else None.
 
@@ -246,6 +253,7 @@ class Scenario(Config):
         data = self.to_dict()
         data["ground"] = self.ground  # with the heights of its map
         data["gait"]["clearance"] = self.clearance
+        data["gait"]["clearance_over"] = self.clearance_over
         for group in ("weights", "bounds"):
             data[group] = {
                 name: self.value_of(group, name) for name in type(getattr(self, group)).model_fields

@@ -112,7 +112,7 @@ def _asked_at_the_middle(case: Case, swing: SwingPhase) -> tuple[float, float]:
     level = float(terrain.height(*case.motion.at.foot_position[swing.middle, 0, swing.leg, :2]))
     jumps = bool((rises > STEP_MAX + steepest * way).any())
     if jumps or np.isnan(level) or top > max(heights[0], heights[-1]) + tol.STANDS_OUT:
-        level = top
+        return top + case.scenario.clearance_over, np.inf
     return level + z_fly, np.inf
 
 

@@ -23,14 +23,18 @@ def check_box(case: Case) -> Iterator[Row]:
     place = case.foot_base
     if case.scenario.bounds.full_rotation:
         place = in_base_frame(at.foot_position - at.com_position[..., None, :], at.euler)
-    box = np.tile(np.asarray(case.bound("box") or case.robot.box), (4, 1))
-    if case.terrain is not None and case.bound("reach"):  # how high a foot is lifted says its reach
-        box[[leg.limb is not None for leg in case.legs], 2] = np.inf
+    box = np.asarray(case.bound("box") or case.robot.box)
+    low, high = np.tile(box, (4, 1)), np.tile(box, (4, 1))
+    if case.terrain is not None and case.bound("reach"):  # how low a foot is says its reach, how high its hip
+        known = [leg.limb is not None for leg in case.legs]
+        low[known, 2] = np.inf
+        high[known, 2] = np.maximum(high[known, 2], tol.LIFT_OF_HEIGHT * case.robot.height)
+    offset = place - case.robot.stance
     yield from measured(
         "box_margin",
         "distance of feet from the sides of their boxes",
         "m",
-        np.min(box - np.abs(place - case.robot.stance), axis=-1),
+        np.min(np.minimum(high - offset, low + offset), axis=-1),
         -tol.LENGTH_MARGIN,
         case.motion.time,
         at_least=True,

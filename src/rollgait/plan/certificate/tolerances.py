@@ -75,3 +75,5 @@ GOAL_YAW = 1.0
 
 LARGEST = 1e9
 """SI units; a larger number is as good as none: it would only overflow."""
+LIFT_OF_HEIGHT = 0.24
+"""How far a foot may be lifted beyond its nominal place on ground that is not flat, in heights of the CoM."""
