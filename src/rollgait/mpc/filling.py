@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from rollgait.dynamics.step import POINTS
 from rollgait.errors import InputError
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.context import LiveContext
+from rollgait.mpc.ground.level import LevelGround
 from rollgait.mpc.reference import Reference
 from rollgait.mpc.settings import MpcBounds, MpcSettings, MpcWeights
 from rollgait.ocp.live import OPEN, WORKSPACE
@@ -20,31 +21,52 @@ from rollgait.robot.robot import Robot
 from rollgait.scenario.profile import FORCE_OF_WEIGHT, PROFILES
 from rollgait.transcription.live import LiveProblem, LiveStage
 
+if TYPE_CHECKING:
+    from rollgait.mpc.ground.terrain import AlongHorizon, TerrainGround
+
 Array = NDArray[np.float64]
 
 FORCE_ROOM: Final = 0.02
 """Smallest range of a force, in weights of the robot: an interior-point method needs room."""
 CENTRING_RATE: Final = 1.0
 """Share of the way per second at which the stance changes with the gait."""
+OVER_FEET: Final = 0.5
+"""On a slope the CoM is wanted so far of the way from along the axis of the tilted base to upright over the
+middle of the feet: upright is what carries best, along the axis where legs reach best."""
 SMALL_MOMENT: Final = 1e-4
 """m²: lets two feet share the weight that cannot balance it about their line."""
+
+
+def turned_plane(places: Array, yaw: Array) -> Array:
+    """Places (m, 2) turned by each of n angles, (n, m, 2)."""
+    c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+    x, y = places.T
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
 
 
 class Filling:
     """Knows where each number of the problem belongs.
 
-    Attributes:
-        ground: height of the ground under each foot, (4,), m: change it at any time.
+    Args:
+        problem: whose numbers.
+        settings: of the controller.
+        context: what terms ask.
+        ground: under the feet; a `TerrainGround` for a problem on terrain.
+        own: costs of the user's, whose numbers they say themselves, in each step.
     """
 
     def __init__(
-        self, problem: LiveProblem, settings: MpcSettings, context: LiveContext, own: Sequence[Cost] = ()
+        self,
+        problem: LiveProblem,
+        settings: MpcSettings,
+        context: LiveContext,
+        ground: LevelGround | TerrainGround,
+        own: Sequence[Cost] = (),
     ) -> None:
-        """`own` are costs of the user's, whose numbers they say themselves, in each step."""
         self._problem, self._settings = problem, settings
         self.context, self._own = context, tuple(own)
         self.count, self.interval = settings.intervals, settings.horizon / settings.intervals
-        self.ground: Array = np.zeros(4)
+        self.ground = ground
         nlp = problem.nlp
         self._row_number = nlp.row_numbers(nlp.blocks[0])
         self._stages = (problem.interval, problem.end)
@@ -54,6 +76,7 @@ class Filling:
         self.stance: Array = self.robot.stance
         self._centred = 0.0
         self._strides = False
+        self._ahead: Array = np.zeros((2, 4, self.count + 1))
         self.set_weights(settings.weights)
         for stage in self._stages:
             stage.numbers("interval")[:] = self.interval
@@ -130,9 +153,6 @@ class Filling:
         # what is done now must not count on feet that are still in the air
         share[:, 0] *= clock.contact(time)
         stands = share > 0.0
-        points = (edges[:-1, None] + h * np.array(POINTS)).ravel()
-        height, rate = clock.lift(np.concatenate([edges, points]))
-        height, rate = height[: count + 1], rate[count + 1 :]
         locked = np.array([clock.locked(float(begin)) for begin in edges[:-1]])
         stage, bounds = self._problem.interval, self.bounds
         stage.numbers("stands")[:] = stands
@@ -143,17 +163,12 @@ class Filling:
             for may_in_stance in (self.rolls, self.steers)
         ]
         stage.numbers("moves")[:] = np.stack(moves, axis=1).reshape(-1, count)
-        for part in self._stages:
-            part.numbers("ground")[:] = self.ground[:, None]
-        stage.numbers("foot_height")[:] = height[:-1].T
-        self._problem.end.numbers("foot_height")[:] = height[-1][:, None]
-        stage.numbers("lift_rate")[:] = (
-            np.moveaxis(rate.reshape(count, len(POINTS), 4), 0, -1).swapaxes(0, 1).reshape(8, count)
-        )
+        self._put_lift(clock, edges)
         weight = self.robot.weight
         low = np.where(stands, share * self._force_min / weight, -OPEN)
         high = np.where(stands, np.maximum(share * self._force_max[:, None] / weight, FORCE_ROOM), OPEN)
         self._put_limits("force", low, high)
+        self.stands = stands
         self.share, self.force_low, self.force_high = share, low, high
         self._put_limits("friction", np.repeat(np.where(stands, 0.0, -OPEN), 4, axis=0), np.inf)
         speed = np.where(stands, self._speed[:, None], bounds.swing_speed_max)
@@ -162,6 +177,69 @@ class Filling:
         self._put_limits("acceleration", -rate_max, rate_max)
         self.usual_force: Array = self._static_forces(share)
         stage.numbers("force_ref")[2::3] = self.usual_force
+
+    def _put_lift(self, clock: GaitClock, edges: Array) -> None:
+        """How high feet are above level ground, and how fast they rise."""
+        count, stage = self.count, self._problem.interval
+        points = (edges[:-1, None] + self.interval * np.array(POINTS)).ravel()
+        height, rate = clock.lift(np.concatenate([edges, points]))
+        height, rate = height[: count + 1], rate[count + 1 :]
+        if isinstance(self.ground, LevelGround):
+            for part in self._stages:
+                part.numbers("ground")[:] = self.ground.height[:, None]
+        stage.numbers("foot_height")[:] = height[:-1].T
+        self._problem.end.numbers("foot_height")[:] = height[-1][:, None]
+        stage.numbers("lift_rate")[:] = (
+            np.moveaxis(rate.reshape(count, len(POINTS), 4), 0, -1).swapaxes(0, 1).reshape(8, count)
+        )
+
+    def put_ground(self, clock: GaitClock, time: float, xy: Array, reference: Reference) -> None:
+        """What is under the feet along the horizon, and what it asks of the base; nothing where it is level.
+
+        Args:
+            clock: which foot is in the air when.
+            time: of the first node, s.
+            xy: about which places of the feet at the nodes, (N + 1, 4, 2), m.
+            reference: where the robot is wanted.
+        """
+        ground = self.ground
+        if isinstance(ground, LevelGround):
+            return
+        yaw = reference.pose[3]
+        wanted = reference.pose[:2].T[:, None] + turned_plane(self.stance[:, :2], yaw)
+        along = ground.along(clock, time, self.interval, xy, wanted, self.stands, yaw)
+        stage, end = self._stages
+        self._spread("ground_model", along.model.swapaxes(1, 2).reshape(-1, self.count + 1))
+        self._spread("contact_slope", along.slope.swapaxes(1, 2).reshape(-1, self.count + 1))
+        self._spread("foot_height", along.foot_height.T)
+        self._spread("foothold_normal", along.normal.reshape(self.count + 1, -1).T)
+        self._spread("foothold_offset", along.offset.T)
+        self._spread("foothold_counts", along.counts.T)
+        for part in self._stages:
+            part.numbers("foot_radius")[:] = ground.radius[:, None]
+        stage.numbers("lift_rate")[:] = along.lift_rate
+        stage.numbers("mu")[:] = np.minimum(self.bounds.friction, along.friction)
+        self._put_base(along, reference)
+
+    def _put_base(self, along: AlongHorizon, reference: Reference) -> None:
+        """Height and tilt of the base after the ground, and the stance under a base that is tilted."""
+        ground, pitch, roll = along.base
+        self._spread("height_z", (reference.pose[2] + ground)[None])
+        self._spread("tilt_reference", along.base[1:])
+        climb = np.gradient(ground, self.interval)
+        self._spread("velocity_rate", np.vstack([reference.rate[:2], climb]))
+        shift = OVER_FEET * self.robot.height * np.stack([pitch, -roll])
+        for axis in range(2):
+            nominal = self._ahead[axis] + self.stance[:, axis, None] + shift[axis]
+            stage, end = self._stages
+            stage.numbers("stance")[axis::3] = nominal[:, :-1]
+            end.numbers("stance")[axis::3] = nominal[:, -1:]
+
+    def _spread(self, name: str, values: Array) -> None:
+        """Writes numbers of the nodes, (size, N + 1)."""
+        stage, end = self._stages
+        stage.numbers(name)[:] = values[:, :-1]
+        end.numbers(name)[:] = values[:, -1:]
 
     def _static_forces(self, share: Array) -> Array:
         """Vertical forces that would carry the robot at its nominal stance, (4, N), in its weights."""
@@ -183,6 +261,11 @@ class Filling:
         self._centred += float(change)
         self._write_stance()
 
+    def take_stance(self, other: Filling) -> None:
+        """The nominal stance is as far over the feet as that of another one."""
+        self._centred = other._centred
+        self._write_stance()
+
     def reset_stance(self) -> None:
         """The nominal stance is the robot's own again."""
         self._centred = 0.0
@@ -198,8 +281,10 @@ class Filling:
     def put_strides(self, clock: GaitClock, time: float, foot_velocity: Array) -> None:
         """Shifts the nominal stance of feet with locked wheels: ahead where they land, then behind."""
         if not clock.locked(time):
+            self._ahead = np.zeros((2, 4, self.count + 1))
             return
         ahead = clock.stride(time + self.interval * np.arange(self.count + 1, dtype=float)).T * foot_velocity
+        self._ahead = ahead
         stage, end = self._stages
         for axis in range(2):
             nominal = self.stance[:, axis, None]
@@ -209,7 +294,7 @@ class Filling:
 
     def put_reference(self, reference: Reference) -> None:
         """Where the robot is wanted."""
-        ground = self.ground.mean()
+        ground = float(self.ground.height.mean()) if isinstance(self.ground, LevelGround) else 0.0
         stage, end = self._stages
         for name, values in (
             ("goal_pose", reference.pose),

@@ -24,6 +24,7 @@ def first_inputs(
     now: float,
     period: float,
     previous: Control | None,
+    normals: Array,
 ) -> tuple[Array, Array]:
     """Forces (4, 3), N, and motions (4, 2) of the plan now. Speeds change no faster than the bounds allow.
 
@@ -36,6 +37,7 @@ def first_inputs(
         now: s.
         period: of the controller, s.
         previous: the control before, if there was one.
+        normals: of the ground under the feet, (4, 3).
     """
     bounds = fill.bounds
     u = iterate.inputs[0]
@@ -51,4 +53,4 @@ def first_inputs(
     motion[:, 0] = np.where(locked, 0.0, np.clip(before + change, -speed, speed))
     motion[:, 1] = np.clip(motion[:, 1], -rate, rate)
     # an iterate may violate what no robot shall be asked for; the pyramid reaches √2 beyond the cone
-    return within_cone(force, np.sqrt(2.0) * bounds.friction), motion
+    return within_cone(force, np.sqrt(2.0) * bounds.friction, normals), motion

@@ -18,6 +18,7 @@ from rollgait.dynamics.step import (
     step,
 )
 from rollgait.mpc.clock import GaitClock
+from rollgait.mpc.ground.level import GroundUnderfoot
 from rollgait.plant.state import RobotState
 from rollgait.robot.robot import Robot
 from rollgait.transcription.layout import StageLayout
@@ -58,7 +59,13 @@ class RobotModel:
         )
 
     def after(
-        self, state: RobotState, force: Array, motion: Array, period: float, clock: GaitClock, ground: Array
+        self,
+        state: RobotState,
+        force: Array,
+        motion: Array,
+        period: float,
+        clock: GaitClock,
+        ground: GroundUnderfoot,
     ) -> RobotState:
         """The state one period later: the planner's step with Python's numbers, which are the quickest.
 
@@ -68,21 +75,23 @@ class RobotModel:
             motion: (v, σ̇) of the feet, (4, 2), m/s and rad/s.
             period: s.
             clock: how high each foot is when.
-            ground: heights of the ground under the feet, (4,), m.
+            ground: under the feet.
         """
         t = state.time
         points = [t, t + period, *(t + period * point for point in POINTS)]
-        height, rate = clock.lift(np.array(points))
+        height, rate = ground.foot_heights(clock, np.array(points), state.foot_position[:, :2])
         theta, p = state.euler.tolist(), state.foot_position.tolist()
-        z, heading = (ground + height[0]).tolist(), state.heading.tolist()
+        z, heading = height[0].tolist(), state.heading.tolist()
+        under = ground.under(clock, t, state.foot_position[:, :2], height[0])
         L = angular_momentum(math, theta, state.euler_rate.tolist(), self._inertia)
         feet = tuple(FootState([p[i][0], p[i][1], z[i]], heading[i]) for i in range(4))
         x = State(state.com_position.tolist(), theta, state.com_velocity.tolist(), L, feet)
         rates = rate[2:].T.tolist()
         given = zip(force.tolist(), motion.tolist(), rates, strict=True)
-        end, _ = step(math, x, [FootInput(*values) for values in given], period, self._figures)
+        end, _ = step(math, x, [FootInput(*values) for values in given], period, self._figures, under)
         foot_position = np.array([foot.p for foot in end.feet])
-        foot_position[:, 2] = ground + height[1]
+        reached = ground.foot_heights(clock, np.array([t + period]), foot_position[:, :2])
+        foot_position[:, 2] = reached[0][0]
         return RobotState(
             time=t + period,
             com_position=np.array(end.r),

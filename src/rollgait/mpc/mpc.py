@@ -8,10 +8,10 @@ import time as wall
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rollgait.errors import InputError, NotSolvedError
 from rollgait.mpc.clock import GaitClock
@@ -20,6 +20,7 @@ from rollgait.mpc.context import LiveContext
 from rollgait.mpc.filling import Filling
 from rollgait.mpc.first_inputs import first_inputs
 from rollgait.mpc.gaits import find_gait
+from rollgait.mpc.ground.level import LevelGround
 from rollgait.mpc.incoming import Incoming
 from rollgait.mpc.iterate import Iterate
 from rollgait.mpc.model import RobotModel
@@ -38,8 +39,12 @@ from rollgait.robot.robot import Robot
 from rollgait.solvers import Solution, make_solver, quickest_solver
 from rollgait.solvers.code_store import store_for
 from rollgait.solvers.stage_evaluation import StageEvaluation
+from rollgait.terrain.terrain import Terrain
 from rollgait.transcription.live import transcribe
 from rollgait.transcription.nlp import Nlp
+
+if TYPE_CHECKING:
+    from rollgait.mpc.ground.terrain import TerrainGround
 
 log = logging.getLogger("rollgait")
 Array = NDArray[np.float64]
@@ -115,16 +120,10 @@ class Mpc:
     ) -> None:
         self.robot = find_robot(robot) if isinstance(robot, str) else robot
         self.settings = settings or MpcSettings()
-        own = as_costs(terms, self.settings.weights.workspace)
-        context = LiveContext(self.robot, self.settings)
-        costs = [*standard_costs(self.settings.bounds.workspace), *own]
-        self._problem = transcribe(costs, context, store_for(kernels))
-        if solver is None:
-            self._solver = quickest_solver(self._problem, kernels)
-        else:
-            self._solver = make_solver(solver, self._problem, kernels)
-        self._stages = StageEvaluation(self._problem.nlp, self._problem.nlp.blocks[0])
-        self._fill = Filling(self._problem, self.settings, context, own)
+        self._own = as_costs(terms, self.settings.weights.workspace)
+        self._kernels, self._solver_name = kernels, solver
+        self._level = LevelGround()
+        self._build(self._level)
         self._take_robot(self.robot)
         self._iterate = Iterate(self._problem)
         rates = [leg.steering_rate_max for leg in self.robot.leg_list]
@@ -141,6 +140,28 @@ class Mpc:
         self._hold = StepHold(self.settings.period)
         self._weights = self.settings.weights
         self._cut = ""
+
+    def _build(self, ground: LevelGround | TerrainGround) -> None:
+        """The problem on some kind of ground, its solver, and who fills its numbers in."""
+        on_terrain = not isinstance(ground, LevelGround)
+        context = LiveContext(self.robot, self.settings)
+        costs = [*standard_costs(self.settings.bounds.workspace, on_terrain), *self._own]
+        self._problem = transcribe(costs, context, store_for(self._kernels), on_terrain)
+        if self._solver_name is None:
+            self._solver = quickest_solver(self._problem, self._kernels)
+        else:
+            self._solver = make_solver(self._solver_name, self._problem, self._kernels)
+        self._stages = StageEvaluation(self._problem.nlp, self._problem.nlp.blocks[0])
+        self._fill = Filling(self._problem, self.settings, context, ground, self._own)
+
+    def _rebuild(self, ground: LevelGround | TerrainGround) -> None:
+        """Goes on with another kind of ground: same robot, weights and bounds, same plan."""
+        before = self._fill
+        self._build(ground)
+        self._fill.set_weights(self._weights)
+        self._fill.set_bounds(before.bounds)
+        self._take_robot(before.robot)
+        self._fill.take_stance(before)
 
     # -- what may be changed at any time -----------------------------------------------------------------
 
@@ -168,16 +189,37 @@ class Mpc:
             raise InputError(f"bounds.{name}", bounds[name], "must be given when the controller is built")
         self._fill.set_bounds(type(self.settings.bounds)(**(self._fill.bounds.model_dump() | bounds)))
 
-    def set_ground(self, height: Array | float) -> None:
-        """Height of the ground, m: one, or one for each foot (4,). Raises `InputError`."""
-        rule = "must be a finite height in m, or one for each of the 4 feet"
+    def set_ground(self, ground: Terrain | ArrayLike) -> None:
+        """The ground: a terrain, or a height in m, one or one for each foot (4,).
+
+        The first terrain makes the controller build its problem anew, in a second or so, as slopes cost time
+        that level ground does not need; before a run is the moment for it. The swings and footholds of a
+        terrain before are forgotten.
+
+        Raises:
+            InputError: it is neither.
+        """
+        if isinstance(ground, Terrain):
+            from rollgait.mpc.ground.terrain import TerrainGround  # loads SciPy, which level ground needs not
+
+            seen = TerrainGround(ground, self.robot)
+            if self._last is not None:
+                seen.begin(self._last.end.foot_position[:, :2])
+            if self._fill.ground is self._level:
+                self._rebuild(seen)
+            else:
+                self._fill.ground = seen
+            return
+        rule = "must be a Terrain, a finite height in m, or one for each of the 4 feet"
         try:
-            given = np.broadcast_to(np.asarray(height, dtype=float), (4,)).copy()
+            given = np.broadcast_to(np.asarray(ground, dtype=float), (4,)).copy()
         except (TypeError, ValueError):
-            raise InputError("ground", height, rule) from None
+            raise InputError("ground", ground, rule) from None
         if not np.isfinite(given).all():
-            raise InputError("ground", height, rule)
-        self._fill.ground = given
+            raise InputError("ground", ground, rule)
+        self._level.height = given
+        if self._fill.ground is not self._level:
+            self._rebuild(self._level)
 
     def reset(self, gait: str | None = None) -> None:
         """Forgets the past and all faults: the next state is taken as that of a standing robot.
@@ -234,7 +276,9 @@ class Mpc:
         self._last = control
         seconds = wall.perf_counter() - begin
         status = replace(status, seconds=seconds, late=begin + seconds > deadline, mode=self._mode)
-        return control, outlook(self._problem, self._iterate, self._fill, state.time, reference, status)
+        return control, outlook(
+            self._problem, self._iterate, self._fill, self.clock, state.time, reference, status
+        )
 
     @property
     def _mode(self) -> Mode:
@@ -274,6 +318,7 @@ class Mpc:
         """Standing: the weight on all feet, all else at rest."""
         self.clock = GaitClock("stand" if self._stands else self._gait, state.time)
         self._reference.reset(state)
+        self._fill.ground.begin(state.foot_position[:, :2])
         self._iterate.stand(self._model.node(state), self.robot.static_forces() / self.robot.weight)
 
     def _fill_in(
@@ -290,6 +335,8 @@ class Mpc:
         reference = self._reference.look_ahead(state, command, self.clock, elapsed, fill.count, fill.interval)
         fill.put_reference(reference)
         fill.put_strides(self.clock, state.time, reference.foot_velocity)
+        xy = it.states[:, self._problem.layout.node["xy"]].reshape(-1, 4, 2)
+        fill.put_ground(self.clock, state.time, xy, reference)
         return reference
 
     # -- solving -----------------------------------------------------------------------------------------
@@ -349,7 +396,15 @@ class Mpc:
             force, motion = self._standing.inputs(state, contact, previous)
         else:
             force, motion = first_inputs(
-                it, self._problem.layout, fill, self.clock, contact, state.time, period, previous
+                it,
+                self._problem.layout,
+                fill,
+                self.clock,
+                contact,
+                state.time,
+                period,
+                previous,
+                fill.ground.normals(contact, state.foot_position[:, :2]),
             )
         it.previous[:12] = force.ravel() / fill.robot.weight
         it.previous[12:] = motion[:, 0]

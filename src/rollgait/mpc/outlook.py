@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.filling import Filling
 from rollgait.mpc.iterate import Iterate
 from rollgait.mpc.prediction import Prediction, Status
@@ -12,14 +13,21 @@ from rollgait.transcription.live import LiveProblem
 
 
 def outlook(
-    problem: LiveProblem, iterate: Iterate, fill: Filling, time: float, reference: Reference, status: Status
+    problem: LiveProblem,
+    iterate: Iterate,
+    fill: Filling,
+    clock: GaitClock,
+    time: float,
+    reference: Reference,
+    status: Status,
 ) -> Prediction:
     """The prediction of a step.
 
     Args:
-        problem: whose numbers say which feet stand where and how high.
+        problem: whose numbers say which feet stand where.
         iterate: the plan.
-        fill: interval and robot.
+        fill: interval, robot and ground.
+        clock: how high each foot is when.
         time: of the first node, s.
         reference: what is asked for.
         status: of the step.
@@ -28,11 +36,11 @@ def outlook(
     stands = stage.numbers("stands").T > 0.0
     position = np.empty((count + 1, 4, 3))
     position[:, :, :2] = iterate.states[:, layout.node["xy"]].reshape(count + 1, 4, 2)
-    for part, rows in ((stage, slice(None, -1)), (problem.end, slice(-1, None))):
-        position[rows, :, 2] = (part.numbers("ground") + part.numbers("foot_height")).T
+    times = time + fill.interval * np.arange(count + 1, dtype=float)
+    position[:, :, 2] = fill.ground.foot_heights(clock, times, position[:, :, :2])[0]
     force = iterate.inputs[:, layout.inputs["force"]].reshape(count, 4, 3) * fill.robot.weight
     return Prediction(
-        time=time + fill.interval * np.arange(count + 1, dtype=float),
+        time=times,
         com_position=iterate.states[:, layout.node["r"]].copy(),
         euler=iterate.states[:, layout.node["theta"]].copy(),
         foot_position=position,

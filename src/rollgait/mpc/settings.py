@@ -46,6 +46,8 @@ class MpcWeights(Config):
     """On the squares of inputs that have no effect: forces in swing, rolling of locked wheels."""
     workspace: NonNegative = 2e4
     """On the square of what box, reach and joints are exceeded by, m² and rad²."""
+    foothold: NonNegative = 5e3
+    """On the square of how far feet on the ground are where they should not be: on edges, m²."""
     terminal: NonNegative = 5.0
     """Factor on the costs of states at the end of the horizon, over those of an interval."""
 

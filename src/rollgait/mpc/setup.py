@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import astuple
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from rollgait.errors import InputError, MissingExtraError, UnknownNameError
 from rollgait.mpc.estimator import Blended, Delayed, Estimator, Noisy, Trust, Truth
@@ -23,6 +23,9 @@ from rollgait.robot.library import find_robot
 from rollgait.robot.robot import Robot
 from rollgait.robot.whole_body import EXTRA, find_whole_body
 from rollgait.scenario import Start
+
+if TYPE_CHECKING:
+    from rollgait.terrain.terrain import Terrain
 
 DELAY: Final = 2
 """Age of what the estimator `delayed` knows, in periods of the controller."""
@@ -60,6 +63,7 @@ def make_loop(
     kernels: bool = True,
     seed: int = 0,
     start: Start | None = None,
+    terrain: Terrain | None = None,
 ) -> ClosedLoop:
     """A controller and what it controls, ready to run.
 
@@ -76,6 +80,8 @@ def make_loop(
         kernels: compile the stage functions, where there is a compiler.
         seed: of the noise.
         start: place and yaw where a plant that is made here stands; the origin if not given.
+        terrain: the ground, of the plant that is made here and as the controller knows it; level if not
+            given.
 
     Raises:
         UnknownNameError: no robot, plant, gait or estimator of that name.
@@ -88,11 +94,17 @@ def make_loop(
     body = find_robot(robot) if isinstance(robot, str) else robot
     if isinstance(plant, str):
         place = start or Start()
-        stands = standing_state(body, x=place.x, y=place.y, yaw=math.radians(place.yaw_deg))
-        plant = _plant(plant, body, stands, disturbances)
+        if terrain is not None:
+            from rollgait.scenario.standing import require_stance  # loads SciPy
+
+            require_stance(terrain, body, (place.x, place.y, place.yaw_deg), "start", with_margin=False)
+        stands = standing_state(body, 0.0, place.x, place.y, math.radians(place.yaw_deg), terrain)
+        plant = _plant(plant, body, stands, disturbances, terrain)
     elif disturbances is not None:
         raise InputError("disturbances", plant.name, "must be given when this plant is made")
     mpc = Mpc(body, settings, gait=gait, kernels=kernels, follows=plant.name != Replay.name)
+    if terrain is not None:
+        mpc.set_ground(terrain)
     known = observer(plant.name, mpc.settings.period, ESTIMATORS[estimator](seed), estimator == "delayed")
     return ClosedLoop(mpc, plant, known)
 
@@ -112,13 +124,19 @@ def observer(plant: str, period: float, measurement: Estimator, is_delayed: bool
     return Blended(Trust(*shares), measurement, lag, GATE.get(plant, math.inf))
 
 
-def _plant(name: str, robot: Robot, start: RobotState, disturbances: Disturbances | None) -> Plant:
+def _plant(
+    name: str,
+    robot: Robot,
+    start: RobotState,
+    disturbances: Disturbances | None,
+    terrain: Terrain | None,
+) -> Plant:
     if name not in PLANTS:
         raise UnknownNameError("plant", name, PLANTS)
     if name == "rigid":
         if disturbances is not None:
             raise InputError("disturbances", "rigid", "is a plant that has none; mujoco has them")
-        return RigidPlant(robot, start)
+        return RigidPlant(robot, start, terrain=terrain)
     try:
         import mujoco  # noqa: F401
     except ImportError:
@@ -126,4 +144,4 @@ def _plant(name: str, robot: Robot, start: RobotState, disturbances: Disturbance
     body = find_whole_body(robot)
     from rollgait.simulation.plant import MujocoPlant
 
-    return MujocoPlant(body, robot, start, disturbances=disturbances)
+    return MujocoPlant(body, robot, start, disturbances=disturbances, terrain=terrain)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.angles import turned
+from rollgait.mpc.ground.level import UP
 from rollgait.mpc.settings import MpcSettings
 from rollgait.plant.control import Control
 from rollgait.plant.state import RobotState
@@ -62,7 +63,7 @@ class Standing:
         wanted = np.concatenate([robot.mass * acceleration, turned(torque, state.euler[0])])
         A = np.hstack([np.vstack([np.eye(3), _cross_matrix(arm)]) for arm in lever])
         found = (np.linalg.pinv(A, rcond=1e-6) @ wanted).reshape(-1, 3)
-        force[stands] = within_cone(found, self._settings.bounds.friction)
+        force[stands] = within_cone(found, self._settings.bounds.friction, UP[stands])
         return force
 
     def settle(self, end: RobotState, period: float) -> RobotState:
@@ -79,12 +80,19 @@ class Standing:
         )
 
 
-def within_cone(force: Array, friction: float) -> Array:
-    """The nearest forces that press, and pull no more than friction allows, (n, 3), N."""
-    normal = np.maximum(force[:, 2], 0.0)
-    size = np.maximum(np.linalg.norm(force[:, :2], axis=1), 1e-9)
+def within_cone(force: Array, friction: float, normals: Array = UP) -> Array:
+    """The nearest forces that press, and pull no more than friction allows, (n, 3), N.
+
+    Args:
+        force: (n, 3), N.
+        friction: μ.
+        normals: of the ground, (n, 3).
+    """
+    normal = np.maximum((force * normals).sum(axis=1), 0.0)
+    along = force - (force * normals).sum(axis=1, keepdims=True) * normals
+    size = np.maximum(np.linalg.norm(along, axis=1), 1e-9)
     share = np.minimum(1.0, friction * normal / size)
-    return np.column_stack([force[:, :2] * share[:, None], normal])
+    return np.asarray(along * share[:, None] + normal[:, None] * normals)
 
 
 def _cross_matrix(a: Array) -> Array:

@@ -100,6 +100,22 @@ class HeadingReference(Cost):
         return ca.SX(ca.vertcat(*steered))
 
 
+class KeepOff(Cost):
+    """Σ by what normal · p_i ≥ offset is missed, squared: feet keep off edges of the ground."""
+
+    name = "foothold"
+
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
+        return {"normal": np.zeros(8), "offset": np.zeros(4), "counts": np.zeros(4)}
+
+    def residual(self, x: Instant, d: Data) -> ca.SX:
+        parts = []
+        for i, foot in enumerate(x.feet):
+            missing = d.offset[i] - ca.dot(d.normal[2 * i : 2 * i + 2], foot.p[:2])
+            parts.append(d.counts[i] * _hinge(missing))
+        return ca.SX(ca.vertcat(*parts))
+
+
 class Soft(Cost):
     """A constraint as a cost: the square of what its limits are exceeded by, leg by leg.
 
@@ -178,8 +194,13 @@ class BoxInPlane(Box):
         return ca.SX(super().expression(x, foot, d)[:2])
 
 
-def standard_costs(workspace: bool) -> list[Cost]:
-    """The controller's costs of motion; their weights are filled in later."""
+def standard_costs(workspace: bool, terrain: bool = False) -> list[Cost]:
+    """The controller's costs of motion; their weights are filled in later.
+
+    Args:
+        workspace: whether feet keep where the legs can follow.
+        terrain: whether the ground has edges to keep off.
+    """
     costs: list[Cost] = [
         PoseReference(),
         HeightReference(),
@@ -190,7 +211,7 @@ def standard_costs(workspace: bool) -> list[Cost]:
         HeadingReference(),
         Acceleration(),
     ]
-    return costs + (list(WORKSPACE) if workspace else [])
+    return [*costs, *(WORKSPACE if workspace else ()), *((KeepOff(),) if terrain else ())]
 
 
 WORKSPACE: Final = tuple(Soft(term, 1.0) for term in (BoxInPlane(), Reach(), JointSteering()))
@@ -208,7 +229,7 @@ def as_costs(terms: Sequence[Term], weight: float) -> list[Cost]:
         InputError: a constraint that a controller cannot have, or two terms of one name.
     """
     costs = [term if isinstance(term, Cost) else Soft(term, weight) for term in terms]
-    names = [cost.name for cost in standard_costs(workspace=True)] + [cost.name for cost in costs]
+    names = [cost.name for cost in standard_costs(workspace=True, terrain=True)] + [cost.name for cost in costs]
     for cost in costs:
         if names.count(cost.name) > 1:
             raise InputError("terms", cost.name, "is the name of two terms; names must differ")

@@ -19,6 +19,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rollgait.dynamics.ground import MODEL_SIZE
 from rollgait.dynamics.step import FootInput, State, step
 from rollgait.ocp.context import Context
 from rollgait.ocp.costs import FORCE_INTERVAL_REF
@@ -39,6 +40,12 @@ Array = NDArray[np.float64]
 FEET: Final = 4
 INPUT_COSTS: Final = ("force", "speed", "yaw", "share", "idle")
 """Costs of the inputs, which belong to this transcription: they are about means over an interval."""
+TERRAIN: Final[tuple[tuple[str, int], ...]] = (
+    ("ground_model", FEET * MODEL_SIZE),
+    ("contact_slope", FEET * 2),
+    ("foot_radius", FEET),
+)
+"""What a stage knows of ground that is not level under each foot: names and sizes."""
 
 
 def _layout(robot: Robot) -> StageLayout:
@@ -136,21 +143,24 @@ class LiveProblem:
     name: ClassVar[str] = "live"
 
 
-def transcribe(costs: Sequence[Cost], context: Context, store: CodeStore | None = None) -> LiveProblem:
+def transcribe(
+    costs: Sequence[Cost], context: Context, store: CodeStore | None = None, terrain: bool = False
+) -> LiveProblem:
     """The problem of a controller with these costs.
 
     Args:
         costs: sums of squares, besides those of the inputs.
         context: robot and horizon, and the first numbers of the terms.
         store: keeps the code of the stages.
+        terrain: whether the ground has slopes; level ground costs less.
 
     Raises:
         InputError: a cost is no sum of squares.
     """
     robot, count = context.robot, context.schedule.intervals
     layout = _layout(robot)
-    interval = LiveStage(_IntervalStage(layout), costs, context, count, store)
-    end = LiveStage(_EndStage(layout), costs, context, 1, store)
+    interval = LiveStage(_IntervalStage(layout, terrain), costs, context, count, store)
+    end = LiveStage(_EndStage(layout, terrain), costs, context, 1, store)
     interval.stage.holds[layout.last : layout.node.size, -1] = False
     rows = interval.stage.code.rows
     nlp = Nlp(
@@ -193,12 +203,13 @@ class _IntervalStage:
     """The stage of an interval."""
 
     layout: StageLayout
+    terrain: bool
     name: ClassVar[str] = "live interval"
     places: ClassVar[Mapping[Place, int]] = {}
     terminal: ClassVar[bool] = False
     only_at_nodes: ClassVar[bool] = True
     worth_compiling: ClassVar[bool] = True
-    extra: ClassVar[Sequence[tuple[str, int]]] = (
+    own: ClassVar[tuple[tuple[str, int], ...]] = (
         ("foot_height", FEET),
         ("stands", FEET),
         ("moves", 2 * FEET),
@@ -208,6 +219,11 @@ class _IntervalStage:
         ("force_ref", 3 * FEET),
         *((f"{name}_weight", 1) for name in INPUT_COSTS),
     )
+
+    @property
+    def extra(self) -> Sequence[tuple[str, int]]:
+        """Parameters beside those that every stage has."""
+        return (*self.own, *(TERRAIN if self.terrain else ()))
 
     def outline(self, costs: Sequence[Cost], context: Any) -> Outline:
         """What the code of the stage depends on."""
@@ -256,7 +272,10 @@ class _IntervalStage:
         room = ca.vertcat(*(friction.expression(cones, foot, data) for foot in cones.feet))
         at = Place.NODE.name
         symbols.add_rows(room, "friction", at, unit="mg")
-        symbols.add_rows(force[2::3], "force", at, unit="mg")
+        pressing = force[2::3]
+        if self.terrain:  # along the normal
+            pressing = ca.vertcat(*(foot.force_contact[2] for foot in cones.feet))
+        symbols.add_rows(pressing, "force", at, unit="mg")
         symbols.add_rows(motion[0::2], "first_motion", at, unit="m/s")
         symbols.add_rows(motion[1::2], "second_motion", at, unit="rad/s")
         symbols.add_rows(motion[0::2] - node[layout.node["previous_speed"]], "acceleration", at, unit="m/s")
@@ -268,12 +287,18 @@ class _EndStage:
     """The stage of the end: costs of states alone, `factor` intervals long, and terminal ones."""
 
     layout: StageLayout
+    terrain: bool
     name: ClassVar[str] = "live end"
     places: ClassVar[Mapping[Place, int]] = {}
     terminal: ClassVar[bool] = True
     only_at_nodes: ClassVar[bool] = False
     worth_compiling: ClassVar[bool] = True
-    extra: ClassVar[Sequence[tuple[str, int]]] = (("foot_height", FEET), ("factor", 1))
+    own: ClassVar[tuple[tuple[str, int], ...]] = (("foot_height", FEET), ("factor", 1))
+
+    @property
+    def extra(self) -> Sequence[tuple[str, int]]:
+        """Parameters beside those that every stage has."""
+        return (*self.own, *(TERRAIN if self.terrain else ()))
 
     def outline(self, costs: Sequence[Cost], context: Any) -> Outline:
         """What the code of the stage depends on: the costs that read no inputs, which there are none of."""

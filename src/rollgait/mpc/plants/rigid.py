@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,10 @@ from rollgait.plant.fall import is_fallen
 from rollgait.plant.stance import standing_state
 from rollgait.plant.state import RobotState
 from rollgait.robot.robot import GRAVITY, FootKind, Robot
+
+if TYPE_CHECKING:
+    from rollgait.terrain.terrain import Terrain
+    from rollgait.terrain.wheel_surface import WheelSurface
 
 Array = NDArray[np.float64]
 
@@ -28,18 +32,24 @@ class RigidPlant:
         start: where it begins; it stands at the origin if not given.
         noise: standard deviation of a random velocity change in each period, m/s (and rad/s).
         seed: of the noise.
+        terrain: the ground; level, as high as the controller has it, if not given.
     """
 
     name = "rigid"
 
     def __init__(
-        self, robot: Robot, start: RobotState | None = None, noise: float = 0.0, seed: int = 0
+        self,
+        robot: Robot,
+        start: RobotState | None = None,
+        noise: float = 0.0,
+        seed: int = 0,
+        terrain: Terrain | None = None,
     ) -> None:
         from scipy.integrate import solve_ivp  # takes a tenth of a second to load
 
         self._solve_ivp = solve_ivp
         self._robot, self._noise = robot, noise
-        self._state = standing_state(robot) if start is None else start
+        self._state = standing_state(robot, terrain=terrain) if start is None else start
         self._random = np.random.default_rng(seed)
         legs = robot.leg_list
         self._figures = Figures(
@@ -52,6 +62,7 @@ class RigidPlant:
         for i, leg in enumerate(legs):
             self._legs_by_kind.setdefault(leg.foot, []).append(i)
         self._heading_offset = np.array([leg.heading for leg in legs])
+        self._surfaces = None if terrain is None else _surfaces(terrain, robot)
         self._pushes: list[tuple[float, Array]] = []
         self.fallen = False
 
@@ -77,13 +88,14 @@ class RigidPlant:
             [x.com_position, x.euler, x.com_velocity, L, x.foot_position[:, :2].ravel(), x.heading]
         )
         z0 = x.foot_position[:, 2]
+        offset = self._touch(x.foot_position)[1] * control.contact[:, None]
 
         def rate(t: float, y: Array) -> Array:
             theta, momentum, heading = y[3:6], y[9:12], y[20:24]
             p = np.column_stack([y[12:20].reshape(4, 2), z0 + lift_rate * t])
             acceleration = (control.force.sum(axis=0) + pushing) / self._robot.mass
             acceleration[2] -= GRAVITY
-            torque = np.cross(p - y[:3], control.force).sum(axis=0)
+            torque = np.cross(p + offset - y[:3], control.force).sum(axis=0)
             turning = self._euler_rate(theta, momentum)
             velocity, turn = self._feet(control.motion, heading, theta[0], turning[0])
             return np.concatenate([y[6:9], turning, acceleration, torque, velocity.ravel(), turn])
@@ -93,17 +105,31 @@ class RigidPlant:
         if self._noise:
             y[6:9] += self._noise * self._random.normal(size=3)
             y[9:12] += self._noise * self._robot.inertia_matrix @ self._random.normal(size=3)
+        feet = np.column_stack([y[12:20].reshape(4, 2), height])
+        if self._surfaces is not None:  # a foot that stands is on the ground, where the others are is told
+            feet[control.contact, 2] = self._touch(feet)[0][control.contact]
         self._state = RobotState(
             time=x.time + period,
             com_position=y[:3],
             euler=y[3:6],
             com_velocity=y[6:9],
             euler_rate=self._euler_rate(y[3:6], y[9:12]),
-            foot_position=np.column_stack([y[12:20].reshape(4, 2), height]),
+            foot_position=feet,
             heading=y[20:24],
             speed=control.motion[:, 0].copy(),
         )
         self.fallen |= self._has_fallen()
+
+    def _touch(self, feet: Array) -> tuple[Array, Array]:
+        """z of the ground under feet (4, 3), (4,), and from their lowest points to the contacts, (4, 3), m."""
+        if self._surfaces is None:
+            return feet[:, 2], np.zeros((4, 3))
+        height, offset = np.empty(4), np.empty((4, 3))
+        for surface, legs in self._surfaces:
+            touch = surface.touch(feet[legs, :2])
+            height[legs] = touch.height
+            offset[legs] = touch.contact - np.column_stack([feet[legs, :2], touch.height])
+        return height, offset
 
     def _feet(self, motion: Array, heading: Array, yaw: float, yaw_rate: float) -> tuple[Array, Array]:
         """Planar velocities (4, 2), m/s, and heading rates (4,), rad/s, of the feet."""
@@ -123,3 +149,14 @@ class RigidPlant:
 
     def _euler_rate(self, theta: Array, L: Array) -> Array:
         return np.array(euler_rate(np, list(theta), list(L), self._figures))
+
+
+def _surfaces(terrain: Terrain, robot: Robot) -> list[tuple[WheelSurface, list[int]]]:
+    """The surface of each radius of wheels, and which legs have it."""
+    from rollgait.terrain.wheel_surface import WheelSurface
+
+    radii = [leg.wheel_radius or 0.0 for leg in robot.leg_list]
+    return [
+        (WheelSurface(terrain, radius), [i for i, own in enumerate(radii) if own == radius])
+        for radius in sorted(set(radii))
+    ]

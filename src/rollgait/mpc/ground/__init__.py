@@ -1,0 +1,1 @@
+"""The ground as the controller sees it: looked up around the robot, quick enough for every step."""
