@@ -36,6 +36,13 @@ Starts = Annotated[
 Seed = Annotated[
     int, typer.Option(metavar="N", min=0, help="Seed of the random ones among the initial guesses.")
 ]
+GroundName = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE|NAME",
+        help="The ground: a scenario (name or .yaml), a .yaml with the keys of ground, or the file of a map.",
+    ),
+]
 Kernels = Annotated[
     bool, typer.Option("--kernels/--no-kernels", help="Use functions compiled to machine code.")
 ]

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from rollgait.cli.arguments import GroundName
+from rollgait.cli.ground_input import ground_from, terrain_of
 from rollgait.cli.view import DEFAULT_PORT, Port, need_view, port_from
 from rollgait.errors import UnknownNameError
 
@@ -22,6 +24,7 @@ def drive(
         ),
     ] = "mujoco",
     gait: Annotated[str, typer.Option(metavar="NAME", help="Gait with which it begins.")] = "drive",
+    ground: GroundName = None,
     port: Port = DEFAULT_PORT,
     browser: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in the browser.")] = False,
     seconds: Annotated[
@@ -34,10 +37,11 @@ def drive(
     """
     number = port_from(port)
     _check(robot, plant, gait)
+    terrain = None if ground is None else terrain_of(ground_from(ground)[0])
     from rollgait.view.driving.page import DrivePage
     from rollgait.view.driving.process import Setup
 
-    page = DrivePage(Setup(robot, plant, gait), port=number)
+    page = DrivePage(Setup(robot, plant, gait, terrain), port=number)
     try:
         print(f"open {page.url} in a browser; Ctrl-C ends", flush=True)
         if browser:

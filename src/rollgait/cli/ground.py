@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from rollgait.cli.arguments import AsJson
+from rollgait.cli.ground_input import ground_from
 from rollgait.cli.output import number, print_json, print_table
 from rollgait.cli.usage import Commands
 from rollgait.files import check_writable
@@ -66,7 +67,7 @@ def show(
 
         require_image_format(out)
         check_writable(out)
-    asked, named = _ground_of(file, settings or [])
+    asked, named = ground_from(file, settings or [])
     body = named if robot is None and named is not None else find_robot(robot or ROBOT)
     radius = max(leg.wheel_radius or 0.0 for leg in body.leg_list)
     terrain = asked.terrain()
@@ -83,31 +84,6 @@ def show(
         return
     print_table(_rows(body, asked, facts))
     print(out if out is not None else "--out ground.png draws it")
-
-
-def _ground_of(name: str, settings: list[str]) -> tuple[Ground, Robot | None]:
-    """The ground in a file or of a scenario of the library, and the robot that goes with it, if any."""
-    from rollgait.config import load_yaml, parse_setting, set_key, validate
-    from rollgait.robot import Robot, find_robot
-    from rollgait.scenario import find_scenario
-    from rollgait.terrain import Ground
-    from rollgait.terrain.map_file import READERS
-
-    path, body = Path(name), None
-    data: dict[str, Any]
-    if path.suffix.lower() in (".yaml", ".yml"):
-        data = load_yaml(path)
-        if not data.keys() <= Ground.model_fields.keys():  # else it has the keys of a ground alone
-            robot, data = data.get("robot"), data.get("ground", {})
-            body = find_robot(robot) if isinstance(robot, str) else validate(Robot, robot or {}, "robot")
-    elif path.is_dir() or (path.suffix and path.suffix.lower() in READERS):
-        data = {"map": {"file": path.name}}
-    else:
-        scenario = find_scenario(name)
-        data, body = scenario.ground.model_dump(mode="json"), scenario.body
-    for text in settings:
-        set_key(data, *parse_setting(text))
-    return validate(Ground, data, "ground").read(path.parent), body
 
 
 def _rows(robot: Robot, asked: Ground, facts: GroundFacts) -> list[tuple[str, str]]:

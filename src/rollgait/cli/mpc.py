@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rollgait.cli.arguments import AsJson, Kernels
+from rollgait.cli.arguments import AsJson, GroundName, Kernels
 from rollgait.cli.exit_status import INTERRUPTED
 from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.cli.progress import StatusLine
@@ -86,6 +86,7 @@ def mpc(
     radius_error: RadiusError = None,
     latency: Latency = None,
     slope: Slope = None,
+    ground: GroundName = None,
     kernels: Kernels = True,
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the log (.npz), a page (.html) or a film.")
@@ -105,7 +106,7 @@ def mpc(
     chosen = settings_from(given, settings or ())
     disturbed = (payload, friction, radius_error, latency, slope)
     with StatusLine("building the controller …", quiet=as_json) as line:
-        loop = _loop(robot, plant, asked, chosen, estimator, disturbed, kernels, seed)
+        loop = _loop(robot, plant, asked, chosen, estimator, disturbed, ground, kernels, seed)
         if plant.startswith(REPLAY):
             asked = _no_longer(asked, loop)
         with _stopping() as stop:
@@ -131,10 +132,12 @@ def _loop(
     settings: MpcSettings,
     estimator: str,
     disturbed: tuple[str | None, ...],
+    ground: str | None,
     kernels: bool,
     seed: int,
 ) -> ClosedLoop:
     """The closed loop that the options ask for. Raises what they have wrong."""
+    from rollgait.cli.ground_input import ground_from, terrain_of
     from rollgait.cli.mpc_input import FIRST_GAIT, REPLAY
     from rollgait.errors import InputError, UnknownNameError
     from rollgait.mpc.setup import PLANTS, make_loop
@@ -156,12 +159,17 @@ def _loop(
 
         if asked.script.pushes:
             raise InputError("push", plant, "is a recording, which cannot be pushed")
+        if ground is not None:
+            raise InputError("ground", ground, "cannot be chosen for a recording: it was made on its own")
         log = MpcLog.load(plant.removeprefix(REPLAY))
         return make_loop(log.robot if robot is None else robot, Replay(log), settings, **options)
     if plant not in PLANTS:
         raise UnknownNameError("plant", plant, (*PLANTS, f"{REPLAY}FILE"))
     if asked.scenario is not None:
         options["start"] = asked.scenario.start
+        options["terrain"] = terrain_of(asked.scenario.ground)
+    if ground is not None:
+        options["terrain"] = terrain_of(ground_from(ground)[0])
     body = asked.scenario.robot if asked.scenario is not None else "centauro"
     return make_loop(body if robot is None else robot, plant, settings, **options)
 

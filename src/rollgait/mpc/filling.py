@@ -208,9 +208,9 @@ class Filling:
         yaw = reference.pose[3]
         wanted = reference.pose[:2].T[:, None] + turned_plane(self.stance[:, :2], yaw)
         along = ground.along(clock, time, self.interval, xy, wanted, self.stands, yaw)
-        stage, end = self._stages
-        self._spread("ground_model", along.model.swapaxes(1, 2).reshape(-1, self.count + 1))
-        self._spread("contact_slope", along.slope.swapaxes(1, 2).reshape(-1, self.count + 1))
+        stage = self._problem.interval
+        self._spread("ground_model", along.model.reshape(self.count + 1, -1).T)
+        self._spread("contact_slope", along.slope.reshape(self.count + 1, -1).T)
         self._spread("foot_height", along.foot_height.T)
         self._spread("foothold_normal", along.normal.reshape(self.count + 1, -1).T)
         self._spread("foothold_offset", along.offset.T)

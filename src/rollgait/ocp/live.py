@@ -229,7 +229,9 @@ def as_costs(terms: Sequence[Term], weight: float) -> list[Cost]:
         InputError: a constraint that a controller cannot have, or two terms of one name.
     """
     costs = [term if isinstance(term, Cost) else Soft(term, weight) for term in terms]
-    names = [cost.name for cost in standard_costs(workspace=True, terrain=True)] + [cost.name for cost in costs]
+    names = [cost.name for cost in standard_costs(workspace=True, terrain=True)] + [
+        cost.name for cost in costs
+    ]
     for cost in costs:
         if names.count(cost.name) > 1:
             raise InputError("terms", cost.name, "is the name of two terms; names must differ")

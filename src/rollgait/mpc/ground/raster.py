@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from rollgait.terrain.regions import FRICTION_SHARE, Regions
+from rollgait.terrain.regions import Regions
 
 Array = NDArray[np.float64]
 
@@ -28,8 +28,10 @@ ROLL_MARGIN: Final = 0.03
 FAR: Final = 1.0
 """Where nothing is to be kept away from, it counts as so far away, m."""
 
-HEIGHT, SLOPE_X, SLOPE_Y, STEP_ROOM, ROLL_ROOM, FRICTION = range(6)
-"""What is known of each node, in this order; see `Raster.look`."""
+KINDS: Final = 6
+HEIGHT, STEP_ROOM, ROLL_ROOM, FRICTION = 0, 3, 4, 5
+SLOPE = slice(1, 3)
+"""Where each kind of what is known stands; see `Raster.look`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +66,9 @@ class Raster:
         known = ~np.isnan(height)
         height = _filled(height, known)
         gx, gy = np.gradient(height, CELL)
-        steep = np.hypot(gx, gy)
         friction = regions.terrain.friction_at(*nodes.T).reshape(shape)
         may_step = known & regions.free(nodes).reshape(shape)
-        walls = steep > np.maximum(ROLL_STEEPEST, FRICTION_SHARE * friction)
+        walls = np.hypot(gx, gy) > ROLL_STEEPEST
         step_room, nearest = _room(may_step)
         roll_room, _ = _room(known & ~walls)
         values = np.stack([height, gx, gy, step_room, roll_room - ROLL_MARGIN, friction], axis=-1)

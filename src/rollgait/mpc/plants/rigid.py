@@ -121,7 +121,7 @@ class RigidPlant:
         self.fallen |= self._has_fallen()
 
     def _touch(self, feet: Array) -> tuple[Array, Array]:
-        """z of the ground under feet (4, 3), (4,), and from their lowest points to the contacts, (4, 3), m."""
+        """z of the ground under feet (4, 3), (4,), and from there to the contacts, (4, 3), m."""
         if self._surfaces is None:
             return feet[:, 2], np.zeros((4, 3))
         height, offset = np.empty(4), np.empty((4, 3))

@@ -72,7 +72,7 @@ class DrivePage:
         self.panel = Panel(self._server.gui, self.hands, endpoint.pad(), CommandLimits(), setup.gait)
         add_lights(self._server.scene)
         cast_shadows(self._server.scene, False)
-        self.scene = LiveScene(self._server.scene, robot, self.snapshot)
+        self.scene = LiveScene(self._server.scene, robot, self.snapshot, setup.terrain)
         self.panel.add_switches(self.scene.layers, self.scene.switch)
         for handle in self.scene.grips:
             self.panel.add_grip(handle)

@@ -16,6 +16,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Final
 
 from rollgait.errors import RollgaitError
+from rollgait.terrain import Terrain
 from rollgait.view.driving.messages import Request, Snapshot
 from rollgait.view.driving.session import Session
 
@@ -38,11 +39,12 @@ class LoopEndedError(RollgaitError):
 
 @dataclass(frozen=True)
 class Setup:
-    """What is driven: robot (name or file), plant, gait."""
+    """What is driven: robot (name or file), plant, gait, and the ground; level if none."""
 
     robot: str
     plant: str
     gait: str
+    terrain: Terrain | None = None
 
 
 class LoopProcess:
@@ -131,7 +133,9 @@ def _run(pipe: Connection, setup: Setup) -> None:
 
     with contextlib.suppress(EOFError, OSError):
         try:
-            session = Session(lambda: make_loop(setup.robot, setup.plant, gait=setup.gait))
+            session = Session(
+                lambda: make_loop(setup.robot, setup.plant, gait=setup.gait, terrain=setup.terrain)
+            )
             pipe.send(None)
             session.pace.restart()
             with no_collections():
