@@ -15,6 +15,8 @@ CASES = {
     ("--port", "no"): "port",
     ("--port", "70000"): "65535",
     ("--seconds", "-1"): "seconds",
+    ("--ground", "kerbb"): "valid: ",
+    ("--ground", "none.yaml"): "none.yaml",
 }
 
 

@@ -187,3 +187,41 @@ def test_ctrl_c_still_tells_what_was_run(folder: Path) -> None:
     assert process.returncode == 130
     assert "missed deadlines" in out
     assert MpcLog.load(folder / "log.npz").time.size >= 1
+
+
+RAMP = "parts: [{kind: ramp, x: -3, length: 6, slope_deg: 8}]\n"
+SLOPE = np.tan(np.radians(8.0))
+
+
+@pytest.mark.parametrize("where", ["keys", "scenario", "command"])
+def test_it_runs_on_the_ground_that_is_named(folder: Path, where: str) -> None:
+    """A file of keys, a scenario of which only the ground is taken, a scenario whose goals are followed."""
+    scenario = f"robot: centauro\ngoal: {{x: 0.2}}\nhorizon: 2\ngait: {{kind: drive}}\nground:\n  {RAMP}"
+    (folder / "ground.yaml").write_text(RAMP if where == "keys" else scenario)
+    options = ["--command" if where == "command" else "--ground", "ground.yaml", "--record", "log.npz"]
+    more = [] if where == "command" else ["--command", "forward=0.1"]
+    assert run([*QUICK, *options, *more]) == 0
+    log = MpcLog.load("log.npz")
+    z = log.foot_position[:, :, 2]
+    away = np.ptp(log.foot_position[:, :, 0], axis=1)
+    np.testing.assert_allclose(z[:, :2].mean(axis=1) - z[:, 2:].mean(axis=1), away * SLOPE, atol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--ground", "kerbb"], "valid: "),
+        (["--ground", "none.yaml"], "none.yaml"),
+        (["--ground", "bad-ground.yaml"], "slope_deg"),
+        (["--ground", "riser.yaml"], "start"),
+    ],
+)
+def test_bad_grounds_are_one_sentence(
+    folder: Path, capsys: pytest.CaptureFixture[str], options: list[str], said: str
+) -> None:
+    (folder / "bad-ground.yaml").write_text(RAMP.replace("8}", "80}"))
+    (folder / "riser.yaml").write_text("parts: [{kind: step, x: 0.3, height: 0.2}]\n")
+    assert run([*QUICK, "--command", "forward=0.1", *options]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert error.count("\n") == 1

@@ -111,7 +111,7 @@ def swings_over(ground: TerrainGround, landing_x: float, chosen_before: Landings
     """The landing of FL's next swing at a place along x."""
     landings = chosen_before or Landings(ground.around)
     clock = GaitClock("crawl", 0.0)
-    xy = np.zeros((31, 4, 2))
+    xy = np.zeros((51, 4, 2))
     xy[..., 0] = landing_x
     found = landings.update(clock, 0.0, 0.1, xy, xy)
     return next(landing for swing, landing in found if swing.leg == 0)

@@ -99,7 +99,8 @@ class Landings:
             wanted: nominal places, as `xy`.
         """
         end = time + interval * (xy.shape[0] - 1)
-        result, first = [], {}
+        result: list[tuple[TimedSwing, Landing]] = []
+        first: dict[int, Landing] = {}
         for swing in sorted(clock.swings(time, end), key=lambda one: one.lift_off):
             leg, raster = swing.leg, self._around.of(swing.leg)
             landing, under_way = self.of(swing), swing.lift_off <= time

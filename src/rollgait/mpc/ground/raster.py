@@ -68,7 +68,7 @@ class Raster:
         gx, gy = np.gradient(height, CELL)
         friction = regions.terrain.friction_at(*nodes.T).reshape(shape)
         may_step = known & regions.free(nodes).reshape(shape)
-        walls = np.hypot(gx, gy) > ROLL_STEEPEST
+        walls = _steepest(height) > ROLL_STEEPEST
         step_room, nearest = _room(may_step)
         roll_room, _ = _room(known & ~walls)
         values = np.stack([height, gx, gy, step_room, roll_room - ROLL_MARGIN, friction], axis=-1)
@@ -106,6 +106,20 @@ class Raster:
         """How far a place (2,) is from the border, m; negative outside."""
         place = point / CELL - self.first
         return float(CELL * np.minimum(place, self.values.shape[0] - 1 - place).min())
+
+
+def _steepest(height: Array) -> Array:
+    """Largest rise or fall from each node to a neighbour, over run: edges are steepest at their foot."""
+    x, y = (np.abs(np.diff(height, axis=axis)) / CELL for axis in range(2))
+    result = np.zeros_like(height)
+    for part, steps in (
+        (result[1:], x),
+        (result[:-1], x),
+        (result[:, 1:], y),
+        (result[:, :-1], y),
+    ):
+        np.maximum(part, steps, out=part)
+    return result
 
 
 def _filled(height: Array, known: NDArray[np.bool_]) -> Array:
