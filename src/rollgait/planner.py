@@ -102,8 +102,8 @@ class Planner:
 
         Raises:
             InputError: something in the input is wrong.
-            NotSolvedError: no start converged; the last iterate is the error's `plan`, marked as not solved,
-                and the reason its `diagnosis`.
+            NotSolvedError: there is no way over the ground; or no start converged, then the last iterate is
+                the error's `plan`, marked as not solved, and the reason its `diagnosis`.
         """
         watch, method = Stopwatch(), self._method
         if multistart < 1:
@@ -116,9 +116,10 @@ class Planner:
             if profile is not None:
                 asked = asked.with_values({"profile": profile})
             earlier = Plan.load(warm_start) if isinstance(warm_start, str | Path) else warm_start
+        with watch("build"):
+            problem = make_problem(asked, self._terms)  # where it knows of no way, it says why itself
         try:
             with watch("build"):
-                problem = make_problem(asked, self._terms)
                 ready = Ready(method, problem)
                 ready.refuse_contradictions()
         except NotSolvedError as error:

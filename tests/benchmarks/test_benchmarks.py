@@ -22,6 +22,7 @@ PAGE = ROOT / "docs" / "benchmarks.md"
         ("long_horizon", 2),
         ("whole_time", 3),
         ("random_scenarios", 7),
+        ("many_goals", 2),
         ("pushes", 1),
     ],
     ids=lambda value: str(value),

@@ -30,6 +30,8 @@ ROUNDS: Final = 3
 """How often base and feet are fitted to one another."""
 SKIPPING: Final = 1.0
 """What it costs to step over an arc, in squares of progress: more than to wait for the foot."""
+SKIPPED_AT_MOST: Final = 1
+"""Arcs that one step may lead over."""
 SMOOTH: Final = 0.3
 """Time over which the progress of the base is smoothed, s: a body of this size does not jerk."""
 FITTING: Final = 40
@@ -121,6 +123,7 @@ def find_route(
             raise NotSolvedError(
                 f"no motion found: {LEG_NAMES[leg]} cannot stand at its first place {place} m"
             )
+        _require_a_way(leg, own_arcs[-1], track, way.s, schedule)
     s_base = progress
     s_feet = np.repeat(progress[:, None], FEET, axis=1)
     for _ in range(ROUNDS):
@@ -133,6 +136,33 @@ def find_route(
         s_base = _within(times, s_base, low, high, progress[-1])
     feet = np.stack([way.foot(s_feet[:, leg], stance[leg]) for leg in range(FEET)], axis=1)
     return Route(times, way.at(s_base), feet)
+
+
+def _require_a_way(leg: int, own_arcs: Array, track: Array, s: Array, schedule: ContactSchedule) -> None:
+    """Raises `NotSolvedError` where the foot cannot get to the goal: for want of ground, or of steps."""
+    name = LEG_NAMES[leg]
+    if own_arcs[-1, 1] < s[-1] - 1e-9:
+        place = _place(track, s, own_arcs[-1, 1])
+        raise NotSolvedError(
+            f"no motion found: {name} gets as far as {place} m; beyond, there is nothing on its way that it "
+            "could step to, as high or low as a leg can"
+        )
+    steps = sum(swing.leg == leg for swing in schedule.swings())
+    if steps + 1 < len(own_arcs) and not _reaches(own_arcs, steps):
+        place = _place(track, s, own_arcs[steps, 1])
+        raise NotSolvedError(
+            f"no motion found: {name} cannot roll on from {place} m; the gait has {steps} steps of it, "
+            f"its way needs {len(own_arcs) - 1}"
+        )
+
+
+def _place(track: Array, s: Array, at: float) -> list[float]:
+    return [round(float(np.interp(at, s, column)), 2) for column in track.T]
+
+
+def _reaches(own_arcs: Array, steps: int) -> bool:
+    """Whether some steps may lead over several arcs at a time."""
+    return steps > 0 and len(own_arcs) <= (SKIPPED_AT_MOST + 1) * steps + 1
 
 
 def track_arcs(regions: Regions, track: Array, s: Array, rise_max: float) -> Array:
