@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 
@@ -60,6 +61,9 @@ class Planner:
         UnknownNameError: there is no such transcription or solver.
     """
 
+    clock: ClassVar[Callable[[], float]] = time.perf_counter
+    """By which the statistics say where time went, s."""
+
     def __init__(
         self,
         *,
@@ -105,7 +109,7 @@ class Planner:
             NotSolvedError: there is no way over the ground; or no start converged, then the last iterate is
                 the error's `plan`, marked as not solved, and the reason its `diagnosis`.
         """
-        watch, method = Stopwatch(), self._method
+        watch, method = Stopwatch(self.clock), self._method
         if multistart < 1:
             raise InputError("multistart", multistart, "must be at least 1")
         if seed < 0:
@@ -222,6 +226,8 @@ class Planner:
         if not attempts.solved:
             return None
         settled = self._settled(ready, attempts.best, watch, progress)
+        if finer_problem.footing.is_curved:  # the ground was looked up before as well
+            settled = replace(settled, rounds=plan.statistics.ground_rounds + settled.rounds)
         return _as_plan(settled, attempts, self._method)
 
 

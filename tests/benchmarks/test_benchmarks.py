@@ -24,6 +24,7 @@ PAGE = ROOT / "docs" / "benchmarks.md"
         ("random_scenarios", 7),
         ("many_goals", 2),
         ("pushes", 1),
+        ("terrain", 1),
     ],
     ids=lambda value: str(value),
 )
