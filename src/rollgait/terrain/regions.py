@@ -15,6 +15,7 @@ from typing import Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from rollgait.terrain.convex_region import EVERY, REACH, SIDES, ConvexRegion, Obstacles, grow
 from rollgait.terrain.edges import Border, borders, components, hard_edges
@@ -199,17 +200,28 @@ class RasterRegions(Regions):
     """Regions of ground with a map: cells of the grid on which the map was dilated."""
 
     def label(self, points: Array) -> NDArray[np.intp]:
-        return self._lookup(self._labels, points, -1)
+        """As cells say, and as far from the obstacles as `grow` asks: a point is not the middle of its cell."""
+        labels = self._lookup(self._labels, points, -1)
+        if self._rim is not None:
+            free = np.flatnonzero(labels >= 0)
+            labels[free[self._rim.query(points[free])[0] < self._kept]] = -1
+        return labels
 
     def rollable(self, points: Array) -> NDArray[np.bool_]:
         return self._lookup(self._rollable, points, 0)
 
     @cached_property
+    def _rim(self) -> cKDTree | None:
+        """The obstacles, to ask for the nearest one; None if there are none."""
+        places = self.obstacles.begin
+        return cKDTree(places) if len(places) else None
+
+    @cached_property
     def obstacles(self) -> Obstacles:
-        """The cells at the rim of what is not rollable."""
-        wall = ~self._rollable
-        rim = wall & ndimage.binary_dilation(self._rollable, structure=np.ones((3, 3)))
-        places = self._grid.nodes()[rim]
+        """The cells at the rim of what is not rollable; beyond the border of the map lies what is not known."""
+        padded = np.pad(self._rollable, 1)
+        rim = ~padded & ndimage.binary_dilation(padded, structure=np.ones((3, 3)))
+        places = self._grid.to_world(self._grid.resolution * (np.argwhere(rim) - 1.0))
         both = np.zeros_like(places)
         every = np.full(len(places), EVERY, dtype=np.intp)
         return Obstacles(places, places, both, np.full(len(places), self._kept), every)
