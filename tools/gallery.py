@@ -1,6 +1,7 @@
 """Builds docs/gallery: the library's motions as pictures, recordings and numbers. Run by `make gallery`.
 
-On ground that is not flat a motion is a picture and the profile of its ground: moving pictures would be many MB.
+On ground that is not flat a motion is a picture and the profile of its ground: moving pictures would be many
+MB.
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ MOMENT = 0.5
 """When the picture is taken, as a share of the horizon."""
 HEAD = """# Gallery
 
-The motions that come with rollgait, planned, judged and drawn by `make gallery`: those on flat ground, then those on
-[terrain](../terrain.md). The same command builds pages that open offline and can be turned and scrubbed; they are not kept in
-the repository.
+The motions that come with rollgait, planned, judged and drawn by `make gallery`: those on flat ground, then
+those on [terrain](../terrain.md). The same command builds pages that open offline and can be turned and
+scrubbed; they are not kept in the repository.
 """
 
 
