@@ -44,7 +44,7 @@ docs: $(READY) ## Write the tables in docs/ anew from the code.
 bench: $(READY) ## Run the benchmarks.
 	@for file in benchmarks/*.py; do echo "$$file"; $(BIN)/python $$file || exit 1; done
 
-gallery: $(READY) ## Build docs/gallery: pictures, recordings and numbers of the four motions.
+gallery: $(READY) ## Build docs/gallery: pictures, recordings and numbers of the motions.
 	@$(BIN)/python tools/gallery.py
 
 clean: ## Remove all that make has made.

@@ -1,4 +1,8 @@
-"""Builds docs/gallery: the four motions as pictures, recordings and numbers. Run by `make gallery`."""
+"""Builds docs/gallery: the library's motions as pictures, recordings and numbers. Run by `make gallery`.
+
+On ground that is not flat a motion is a picture and the profile of its ground: moving pictures would be many
+MB.
+"""
 
 from __future__ import annotations
 
@@ -20,8 +24,9 @@ MOMENT = 0.5
 """When the picture is taken, as a share of the horizon."""
 HEAD = """# Gallery
 
-The four motions that come with rollgait, planned, judged and drawn by `make gallery`. The same command builds
-pages that open offline and can be turned and scrubbed; they are not kept in the repository.
+The motions that come with rollgait, planned, judged and drawn by `make gallery`: those on flat ground, then
+those on [terrain](../terrain.md). The same command builds pages that open offline and can be turned and
+scrubbed; they are not kept in the repository.
 """
 
 
@@ -29,7 +34,7 @@ def main() -> None:
     """Plans, draws and describes every motion."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     parts = [HEAD]
-    for name in rollgait.scenario_names():
+    for name in sorted(rollgait.scenario_names(), key=lambda name: not _is_flat(name)):
         print(name, flush=True)
         plan = rollgait.plan(name)
         if not plan.certificate().passed:
@@ -40,14 +45,23 @@ def main() -> None:
     (FOLDER / "README.md").write_text("\n".join(parts), encoding="utf-8")
 
 
+def _is_flat(name: str) -> bool:
+    return rollgait.find_scenario(name).ground.kind == "flat"
+
+
 def _draw(plan: Plan, clip: Clip) -> None:
     still(clip, MOMENT * clip.horizon, SIZE).save(FOLDER / f"{clip.name}.png", optimize=True)
-    record_gif(clip, FOLDER / f"{clip.name}.gif")
     record_page(clip, FOLDER / f"{clip.name}.html")
+    if _is_flat(clip.name):
+        record_gif(clip, FOLDER / f"{clip.name}.gif")
     with find_style("screen").applied():
-        figure(plan, "forces").savefig(
-            FOLDER / f"{clip.name}-forces.png", dpi=80, metadata={"Software": None}
-        )
+        kind = _figure(clip.name)
+        figure(plan, kind).savefig(FOLDER / f"{clip.name}-{kind}.png", dpi=80, metadata={"Software": None})
+
+
+def _figure(name: str) -> str:
+    """What says most of a motion beside its picture: its forces, or the ground under its feet."""
+    return "forces" if _is_flat(name) else "profile"
 
 
 def _describe(plan: Plan, clip: Clip) -> str:
@@ -55,13 +69,12 @@ def _describe(plan: Plan, clip: Clip) -> str:
     end = plan.sample(plan.horizon)
     miss = 1000.0 * float(((end.com_position[:2] - goal[:2]) ** 2).sum() ** 0.5)
     tightest = clip.marks[0]
+    rounds = "" if s.ground_rounds == 1 else f" in {s.ground_rounds} rounds about the ground"
+    effort = f"{s.iterations} iterations{rounds}"
     rows = [
         ("what", plan.scenario.description),
         ("horizon", f"{plan.horizon:g} s, {len(list(plan.schedule.swings()))} steps"),
-        (
-            "solver",
-            f"{s.solver}, {s.iterations} iterations, {s.variables} variables, {s.constraints} constraints",
-        ),
+        ("solver", f"{s.solver}, {effort}, {s.variables} variables, {s.constraints} constraints"),
         ("certificate", f"passed, {len(plan.certificate().rows)} rows"),
         ("nearest to a limit", f"{tightest.label}: {tightest.value}"),
         ("distance from the goal at the end", f"{miss:.2g} mm"),
@@ -69,10 +82,13 @@ def _describe(plan: Plan, clip: Clip) -> str:
     ]
     table = "\n".join(f"| {key} | {value} |" for key, value in rows)
     name = clip.name
-    return (
-        f"## {name}\n\n![{name}, moving]({name}.gif)\n\n| | |\n|---|---|\n{table}\n\n"
-        f"[picture]({name}.png), [contact forces]({name}-forces.png), page: `{name}.html`\n"
-    )
+    if _is_flat(name):
+        shown = f"![{name}, moving]({name}.gif)"
+        more = f"[picture]({name}.png), [contact forces]({name}-forces.png)"
+    else:
+        shown = f"![{name}]({name}.png)"
+        more = f"[ground under the feet]({name}-profile.png)"
+    return f"## {name}\n\n{shown}\n\n| | |\n|---|---|\n{table}\n\n{more}, page: `{name}.html`\n"
 
 
 if __name__ == "__main__":
