@@ -200,7 +200,7 @@ class RasterRegions(Regions):
     """Regions of ground with a map: cells of the grid on which the map was dilated."""
 
     def label(self, points: Array) -> NDArray[np.intp]:
-        """As cells say, and as far from the obstacles as `grow` asks: a point is not the middle of its cell."""
+        """As cells say, and as far from obstacles as `grow` asks: a point is not the middle of its cell."""
         labels = self._lookup(self._labels, points, -1)
         if self._rim is not None:
             free = np.flatnonzero(labels >= 0)
@@ -218,10 +218,11 @@ class RasterRegions(Regions):
 
     @cached_property
     def obstacles(self) -> Obstacles:
-        """The cells at the rim of what is not rollable; beyond the border of the map lies what is not known."""
+        """The cells at the rim of what is not rollable; beyond the map lies what is not known."""
         padded = np.pad(self._rollable, 1)
         rim = ~padded & ndimage.binary_dilation(padded, structure=np.ones((3, 3)))
-        places = self._grid.to_world(self._grid.resolution * (np.argwhere(rim) - 1.0))
+        cells = np.argwhere(rim).astype(np.float64) - 1.0
+        places = self._grid.to_world(self._grid.resolution * cells)
         both = np.zeros_like(places)
         every = np.full(len(places), EVERY, dtype=np.intp)
         return Obstacles(places, places, both, np.full(len(places), self._kept), every)
