@@ -11,7 +11,7 @@ from rollgait.robot.library import find_robot
 from rollgait.terrain import Block, Ramp, Step, Terrain, regions_of, require_standing
 from rollgait.terrain.convex_region import EVERY, Obstacles, grow
 from rollgait.terrain.local_model import SIGMA, LocalModel, fit, pattern
-from rollgait.terrain.local_models import local_models
+from rollgait.terrain.local_models import models_along
 from rollgait.terrain.polygons import convex_hull, distance_to_hull, rectangle
 from rollgait.terrain.regions import FRICTION_SHARE, MARGIN, PlanarRegions, RasterRegions, Regions, arcs
 from tests.terrain.worlds import RADIUS, Array, places, rounded, seeds, turned, worlds
@@ -322,7 +322,7 @@ def test_a_kink_is_rounded_by_little(slope_deg: int, at_ref: float, beside: floa
     top = Terrain.from_parts([Ramp(x=-2.0, length=2.0, rise=rise), Step(x=0.0, height=rise)])
     regions = regions_of(foot if end == "foot" else top, RADIUS)
     refs = np.column_stack([np.linspace(-0.1, 0.1, 41), np.full(41, 0.013)])
-    for model in local_models(regions, refs, np.linspace(-1.0, 1.0, 41)):
+    for model in models_along(regions, refs, refs, np.linspace(-1.0, 1.0, 41)):
         line = model.ref + np.linspace(-0.02, 0.02, 9)[:, None] * [1.0, 0.0]
         error = np.abs(model.z(line) - regions.surface.height(*line.T))
         assert error[4] < at_ref
@@ -336,9 +336,22 @@ def test_many_local_models_are_those_of_each(world: Terrain, seed: int) -> None:
     points = places(seed, 60)
     refs = points[regions.free(points)][:12]
     headings = np.linspace(-2.0, 2.0, len(refs))
-    for model, ref, heading in zip(local_models(regions, refs, headings), refs, headings, strict=True):
-        alone = regions.local_model(ref, float(heading))
+    ends = refs + 0.05 * np.column_stack([np.cos(headings), np.sin(headings)])
+    for k, model in enumerate(models_along(regions, refs, ends, headings)):
+        (alone,) = models_along(regions, refs[k, None], ends[k, None], headings[k, None])
         np.testing.assert_allclose(model.numbers(), alone.numbers(), atol=1e-9)
+
+
+@given(worlds, seeds)
+@settings(max_examples=8)
+def test_what_is_free_on_a_map_has_a_convex_region_on_it(world: Terrain, seed: int) -> None:
+    """A point is not the middle of its cell; and no region goes on beyond the border of the map."""
+    regions = regions_of(world.raster(0.02, (-1.0, -1.0), (1.0, 1.0)), RADIUS)
+    points = places(seed, 200, 0.99)
+    for point in points[regions.free(points)][:40]:
+        box = regions.box(point[None])
+        assert box is not None
+        assert np.abs(box.vertices).max() <= 1.0
 
 
 # -- standing --
