@@ -125,7 +125,7 @@ def test_it_says_in_one_line_that_there_are_no_kernels(folder: Path) -> None:
 @pytest.mark.parametrize("solver", ["fatrop", "ipopt"])
 def test_ctrl_c_leaves_nothing(solver: str, folder: Path) -> None:
     command = [sys.executable, "-u", "-c", WITH_CTRL_C, "plan", "hybrid-goback", "--solver", solver]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=300)
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr == "error: stopped by Ctrl-C; no file is left half-written\n"
     assert list(folder.iterdir()) == []

@@ -7,8 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from rollgait.terrain.polygons import Array
-from rollgait.terrain.terrain import plane_of
+from rollgait.terrain.polygons import Array, plane_of
 
 SECTORS: Final = 12
 """Directions about the robot in which the ground is looked at."""

@@ -186,3 +186,15 @@ def _meet(first: Array, second: Array, begin: Array, end: Array) -> NDArray[np.b
     a, b, c, d = first[:, None], second[:, None], begin[None], end[None]
     crossing = (side(a, b, c) * side(a, b, d) < 0.0) & (side(c, d, a) * side(c, d, b) < 0.0)
     return np.asarray(crossing.any(axis=0))
+
+
+def plane_of(points: Array) -> tuple[Array, float, Array]:
+    """The best plane through points (n, 3): a place (2,) on it, its height there (m) and its gradient (2,).
+
+    The gradient is the smallest of those that fit equally well: of two points along the line between them, of
+    a single one 0.
+    """
+    centre = points.mean(axis=0)
+    spread = points - centre
+    slope, *_ = np.linalg.lstsq(spread[:, :2], spread[:, 2], rcond=1e-9)
+    return centre[:2], float(centre[2]), slope

@@ -7,8 +7,7 @@ from typing import Final
 
 import numpy as np
 
-from rollgait.terrain.polygons import Array
-from rollgait.terrain.terrain import plane_of
+from rollgait.terrain.polygons import Array, plane_of
 
 TILT_SHARE: Final = 0.6
 """Share of the slope under its feet that the base takes: none costs reach of legs, all of it stability."""

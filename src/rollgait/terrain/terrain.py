@@ -21,7 +21,7 @@ from rollgait.npz import Layout
 from rollgait.terrain.facet import Facet, Facets, square, visible
 from rollgait.terrain.height_map import MAX_CELLS, HeightMap
 from rollgait.terrain.parts import BasePart, Part
-from rollgait.terrain.polygons import Array, convex_hull, distance_to_hull
+from rollgait.terrain.polygons import Array, convex_hull, distance_to_hull, plane_of
 
 MAX_FACETS: Final = 400
 """Most planar pieces that the parts of a ground have: each is cut by all later ones."""
@@ -386,18 +386,6 @@ def normal_of(slope: Array) -> Array:
     """Unit normals (…, 3), upwards, of surfaces of gradient (…, 2)."""
     up = np.concatenate([-slope, np.ones((*slope.shape[:-1], 1))], axis=-1)
     return np.asarray(up / np.linalg.norm(up, axis=-1, keepdims=True))
-
-
-def plane_of(points: Array) -> tuple[Array, float, Array]:
-    """The best plane through points (n, 3): a place (2,) on it, its height there (m) and its gradient (2,).
-
-    The gradient is the smallest of those that fit equally well: of two points along the line between them, of
-    a single one 0.
-    """
-    centre = points.mean(axis=0)
-    spread = points - centre
-    slope, *_ = np.linalg.lstsq(spread[:, :2], spread[:, 2], rcond=1e-9)
-    return centre[:2], float(centre[2]), slope
 
 
 def as_points(x: ArrayLike, y: ArrayLike) -> tuple[Array, tuple[int, ...]]:

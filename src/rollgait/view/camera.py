@@ -9,7 +9,7 @@ import numpy as np
 import viser
 
 from rollgait.plan.samples import Array
-from rollgait.terrain.terrain import plane_of
+from rollgait.terrain.polygons import plane_of
 from rollgait.view.clip import Clip
 
 FIELD_OF_VIEW: Final = np.radians(40.0)

@@ -40,4 +40,6 @@ def _of_the_library(name: str) -> Scenario:
         raise UnknownNameError("scenario", name, scenario_names(), rule)
     folder = resources.files(__package__)
     text = folder.joinpath(f"{name}.yaml").read_text(encoding="utf-8")
-    return Scenario.from_dict(parse_yaml(text, f"{name}.yaml"), Path(str(folder)))
+    scenario = Scenario.from_dict(parse_yaml(text, f"{name}.yaml"), Path(str(folder)))
+    # a user's own maps are not looked for in the package
+    return scenario.model_copy(update={"ground": scenario.ground.self_contained()})
