@@ -43,8 +43,8 @@ CAUTION = 0.8
 """Share of the friction with which motions are planned that are executed."""
 CELL, NOISE, MISSING, FILL = 0.04, 0.01, 0.05, 0.2
 """Of a sensed map: cell, m; standard deviation, m; share of unknown values; holes that are filled, m."""
-HIDDEN = 0.1
-"""So far around its feet the robot hides the ground, m."""
+HIDDEN = 0.0
+"""So far around the rectangle of its feet the robot hides the ground, m."""
 BEYOND = 1.6
 """So far beyond start and goal maps reach, m."""
 MILLI = 1e3
