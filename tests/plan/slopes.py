@@ -43,16 +43,18 @@ def plane(slope: Array, yaw: float = 0.0, **values: Any) -> Terrain:
 
 def pose_on(robot: Robot, slope: Array, yaw: float) -> tuple[Array, Array, Array]:
     """r, θ and the lowest points of the wheels of a robot that stands on a plane through the origin."""
-    ahead, left = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
-    theta = np.array([yaw, -SHARE * np.arctan(slope @ ahead), SHARE * np.arctan(slope @ left)])
-    R = Rotation.from_euler("ZYX", theta).as_matrix()
+    theta = np.array([yaw, 0.0, 0.0])
+    columns = np.column_stack([np.ones(4), robot.stance[:, :2]])
     lift = np.array([leg.foot_radius for leg in robot.leg_list]) * (np.sqrt(1.0 + slope @ slope) - 1.0)
     r, in_base = np.array([0.0, 0.0, robot.height]), robot.stance.copy()
-    for _ in range(100):  # how far the ground is below the base follows from where it is
+    for _ in range(100):  # how far the ground is below the base, and how tilted, follows from where it is
+        R = Rotation.from_euler("ZYX", theta).as_matrix()
         feet = r + in_base @ R.T
         feet[:, 2] = feet[:, :2] @ slope + lift
         r[2] = feet[:, 2].mean() + robot.height
         in_base[:, 2] = ((feet - r) @ R)[:, 2]
+        ahead, left = np.linalg.lstsq(columns, feet[:, 2], rcond=None)[0][1:]
+        theta[1:] = -SHARE * np.arctan(ahead), SHARE * np.arctan(left)
     return r, theta, feet
 
 

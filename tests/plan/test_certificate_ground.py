@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -43,6 +44,9 @@ def test_ground_that_happens_to_be_flat_is_judged_as_flat(name: str, ground: str
         if row.name != "stance_height":  # there it is depth and gap
             found = other.row(row.name)
             assert found.verdict == row.verdict
+            if row.name == "box_margin":  # there reach and hip say how high and low a foot may be
+                assert found.worst >= row.worst - 1e-4
+                continue
             # feet are looked at from a base that pitches by 1e-5 rad as it drives
             assert found.worst == pytest.approx(row.worst, abs=1e-4), row.name
 
@@ -89,6 +93,12 @@ def _with_hole(at: float) -> Terrain:
     return Terrain.from_map(heights, 0.01, (-1.5, -1.5))
 
 
+def _elsewhere(plan: Plan) -> Plan:
+    """The same with another start: under that, holes are filled from what is around them."""
+    start = plan.scenario.start.model_copy(update={"x": 1.2})
+    return replace(plan, scenario=plan.scenario.model_copy(update={"start": start}))
+
+
 def _block(height: float) -> Terrain:
     """Something under the hind left foot, narrower than its wheel."""
     return Terrain.from_parts(
@@ -108,7 +118,7 @@ SPOILT: dict[str, list[Callable[[], Plan]]] = {
     "stance_gap": [
         lambda: _moved(slope(), "foot_z", np.s_[7:9, FR], 1e-3),
         lambda: on(slope(), plane(SLOPE, height=-1e-3)),
-        lambda: on(_level(), _with_hole(0.0)),
+        lambda: _elsewhere(on(_level(), _with_hole(0.0))),
     ],
     "swing_ground": [
         lambda: _moved(slope(), "foot_z", np.s_[5:8, HL], -0.1),
@@ -129,7 +139,7 @@ SPOILT: dict[str, list[Callable[[], Plan]]] = {
         lambda: on(_level(), _riser(0.02, 0.05)),
         lambda: on(_level(), _riser(0.02, 0.5)),
     ],
-    "unknown_ground": [lambda: on(_level(), _with_hole(0.01))],
+    "unknown_ground": [lambda: _elsewhere(on(_level(), _with_hole(0.01)))],
     "friction_margin": [
         lambda: on(slope(), plane(SLOPE, friction=0.12)),
         lambda: _moved(slope(), "force", (5, FR, 1), 100.0),

@@ -47,7 +47,7 @@ def roller() -> rg.JointTrajectory:
     file = FIXTURES / "roller.yaml"
     robot = import_robot(load_whole_body(file), str(file)).robot
     gait = {"kind": "crawl", "steps": 4}
-    return rg.track(rg.plan(rg.Scenario(robot=robot, goal={"x": 0.3}, horizon=4.0, gait=gait)))
+    return rg.track(rg.plan(rg.Scenario(robot=robot, goal={"x": 0.3}, horizon=8.0, gait=gait)))
 
 
 def test_who_stands_is_carried_and_stays(standing: rg.JointTrajectory) -> None:

@@ -311,11 +311,9 @@ def test_a_smooth_raster_is_followed() -> None:
         assert np.abs(error).max() < 5e-4
 
 
-@pytest.mark.parametrize(
-    ("slope_deg", "at_ref", "beside"), [(10, 4e-4, 6e-4), (15, 5e-4, 8e-4), (20, 7e-4, 1.2e-3)]
-)
+@pytest.mark.parametrize(("slope_deg", "beside"), [(10, 7e-4), (15, 1e-3), (20, 1.2e-3)])
 @pytest.mark.parametrize("end", ["foot", "top"])
-def test_a_kink_is_rounded_by_little(slope_deg: int, at_ref: float, beside: float, end: str) -> None:
+def test_a_kink_is_rounded_by_little(slope_deg: int, beside: float, end: str) -> None:
     """All about both ends of a ramp: at the place itself, and as far as a wheel rolls in an interval."""
     rise = float(2.0 * np.tan(np.radians(slope_deg)))
     foot = Terrain.from_parts([Ramp(x=0.0, length=2.0, slope_deg=slope_deg)])
@@ -325,7 +323,7 @@ def test_a_kink_is_rounded_by_little(slope_deg: int, at_ref: float, beside: floa
     for model in models_along(regions, refs, refs, np.linspace(-1.0, 1.0, 41)):
         line = model.ref + np.linspace(-0.02, 0.02, 9)[:, None] * [1.0, 0.0]
         error = np.abs(model.z(line) - regions.surface.height(*line.T))
-        assert error[4] < at_ref
+        assert error[4] < 1e-6  # it meets the surface there
         assert error.max() < beside
 
 
