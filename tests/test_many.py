@@ -158,7 +158,7 @@ def test_ctrl_c_keeps_what_is_there(tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         env=environment,
     )
-    deadline = time.monotonic() + 60.0
+    deadline = time.monotonic() + 240.0  # on a new machine kernels are compiled first
     while not list(tmp_path.glob("goal*.npz")) and time.monotonic() < deadline:
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGINT)

@@ -197,8 +197,10 @@ def test_who_asks_a_solver_that_gets_lost_goes_on(solver: str, scale: float) -> 
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=300, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.split() == ["False", "No_Answer", "True", "True"]
-    assert "it is left behind" in done.stderr
+    solved, status, unchanged, goes_on = done.stdout.split()
+    assert (solved, unchanged, goes_on) == ("False", "True", "True")
+    assert status in ("No_Answer", "Invalid_Number_Detected")  # whether it gets lost depends on the problem
+    assert ("it is left behind" in done.stderr) == (status == "No_Answer")
 
 
 def test_derivatives_that_are_no_numbers_end_a_solve(transcribed: Transcribed, guess: np.ndarray) -> None:
