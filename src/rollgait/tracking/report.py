@@ -159,7 +159,7 @@ def _time_at_limit(time: Array, use: Array) -> Array:
     for k, is_at_limit in enumerate(use >= 1.0):
         before = np.where(is_at_limit, before + step[k], 0.0)
         held[k] = before
-    return held
+    return np.asarray(held.round(9))  # sums of steps carry round-off, and the limit is a whole number of them
 
 
 def _largest(
