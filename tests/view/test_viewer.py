@@ -53,10 +53,18 @@ def page(viewer: Viewer, sheet: Any) -> Iterator[Any]:
 
 def scrub(page: Any, viewer: Viewer, to: float) -> NDArray[np.float64]:
     """Writes a time into the box of the slider; the picture then."""
-    box = page.locator("input[inputmode=decimal]").first
-    box.fill(f"{to:g}")
-    box.press("Enter")
-    wait_until(lambda: abs(viewer.timeline.time - to) < 2e-3)
+
+    def is_there() -> bool:
+        """A new motion brings a new box: what was written into the old one is lost."""
+        if abs(viewer.timeline.time - to) < 2e-3:
+            return True
+        box = page.locator("input[inputmode=decimal]").first
+        box.fill(f"{to:g}")
+        box.press("Enter")
+        page.wait_for_timeout(500)
+        return False
+
+    wait_until(is_there)
     return settled(page)
 
 
@@ -137,8 +145,14 @@ def test_what_cannot_be_planned_is_said(page: Any, viewer: Viewer) -> None:
     viewer.panel.horizon.value = 0.6
     viewer.panel.gait.value = "crawl"
     shown = viewer.clip
-    page.get_by_role("button", name="Plan", exact=True).click()
-    page.get_by_text("needs a horizon longer").wait_for()
+
+    def is_said() -> bool:
+        """While an earlier plan is being put away nothing is planned."""
+        page.get_by_role("button", name="Plan", exact=True).click()
+        page.wait_for_timeout(2000)
+        return bool(page.get_by_text("needs a horizon longer").is_visible())
+
+    wait_until(is_said)
     assert viewer.clip is shown
 
 
