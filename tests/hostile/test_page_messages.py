@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import logging
 import math
+import time
 from collections.abc import Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager
@@ -38,6 +39,8 @@ EXAMPLES = settings(
 )
 MEANT_MIN = 50
 """Of a thousand messages at least so many must be let through, or the test says nothing."""
+QUIET = 0.5
+"""So long (s) nothing new must begin: viser hears a message in a task of its own, later than it came."""
 LONG_TASKS = {"Plan", "Find the whole body"}
 """Buttons that begin what takes minutes."""
 
@@ -239,8 +242,12 @@ def callbacks_of(server: Any) -> Iterator[list[Future[Any]]]:
 
 
 def failures_of(begun: list[Future[Any]]) -> list[BaseException]:
-    """Waits for all of it; what went wrong."""
-    until(lambda: all(each.done() for each in list(begun)))
+    """Waits for all of it, also for what viser begins only now; what went wrong."""
+    heard = -1
+    while heard != len(begun):
+        heard = len(begun)
+        until(lambda: all(each.done() for each in list(begun)))
+        time.sleep(QUIET)
     return [error for each in begun if (error := each.exception()) is not None]
 
 
