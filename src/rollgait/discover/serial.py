@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from rollgait.discover.crossings import crossings, lengths
 from rollgait.discover.timing import Pace, timed
 from rollgait.footing.on_terrain import poses_of, regions_for, rise_max
+from rollgait.footing.pace import turn_lever
 from rollgait.footing.route import BaseWay
 from rollgait.scenario.scenario import Scenario
 
@@ -24,7 +23,7 @@ def stepping_gait(scenario: Scenario, pace: Pace | None = None) -> Scenario:
         InputError: the gait or the horizon does not suit the scenario, e.g. its later goals.
     """
     stance = scenario.body.stance
-    way = BaseWay.through(poses_of(scenario), float(np.linalg.norm(stance[:, :2], axis=1).max()))
+    way = BaseWay.through(poses_of(scenario), turn_lever(stance))
     found = crossings(way, stance, regions_for(scenario), rise_max(scenario.body))
     gait, horizon = timed(found, way.s, lengths(way), pace or Pace())
     values: dict[str, object] = {"horizon": horizon}

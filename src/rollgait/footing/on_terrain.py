@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import pairwise
 from typing import Final
 
@@ -12,6 +11,7 @@ import numpy as np
 from rollgait.dynamics.step import rotation
 from rollgait.footing.around import Ways
 from rollgait.footing.footing import FEET, Array, Footing
+from rollgait.footing.pace import driving_time
 from rollgait.footing.phases import FeetPaths, Swinging
 from rollgait.footing.route import Route, find_route
 from rollgait.ocp.lift import minimum_jerk
@@ -20,8 +20,7 @@ from rollgait.robot.robot import Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
 from rollgait.terrain.references import base_references
-from rollgait.terrain.regions import Regions, regions_of
-from rollgait.terrain.terrain import Terrain
+from rollgait.terrain.regions import Regions, regions_about
 
 GRID: Final = 4
 """Times per interval at which a route is found: nodes are among them."""
@@ -33,14 +32,6 @@ RISE_SHARE: Final = 0.4
 SETTLING: Final = 8
 """How often base and feet are fitted to one another where the robot stands: each time the error falls to a
 tenth or so."""
-CRUISE: Final = 0.9
-"""Part of its top speed that the fastest wheel reaches."""
-PEAK: Final = 1.875
-"""Largest speed of a minimum-jerk path, in mean speeds."""
-SHORTEST: Final = 1.5
-"""s that wheels take for a change of pose, however small."""
-
-Window = tuple[tuple[float, float], tuple[float, float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,15 +82,8 @@ def rise_max(robot: Robot) -> float:
 def regions_for(scenario: Scenario) -> list[Regions]:
     """The regions of each leg's foot on the ground of a scenario."""
     poses = poses_of(scenario)
-    low, high = poses[:, :2].min(axis=0) - AROUND, poses[:, :2].max(axis=0) + AROUND
-    window = (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
-    seen = None if scenario.terrain.planar else window  # planes are reckoned with as a whole
-    return [_regions(scenario.terrain, leg.foot_radius, seen) for leg in scenario.body.leg_list]
-
-
-@lru_cache(maxsize=4)
-def _regions(terrain: Terrain, radius: float, window: Window | None) -> Regions:
-    return regions_of(terrain, radius, window=window)
+    radii = [leg.foot_radius for leg in scenario.body.leg_list]
+    return regions_about(scenario.terrain, radii, poses[:, :2], AROUND)
 
 
 def standing_start(scenario: Scenario) -> tuple[Array, Array]:
@@ -140,14 +124,11 @@ def _progress(scenario: Scenario, schedule: ContactSchedule, poses: Array, times
     borders = [0.0, *switches, schedule.horizon]
     result = np.zeros_like(times)
     steps = not schedule.contact.all()
-    lever = float(np.linalg.norm(scenario.body.stance[:, :2], axis=1).max())
     for k, (begin, end) in enumerate(pairwise(borders)):
         change = poses[k + 1] - poses[k]
         duration = end - begin
         if not steps:  # wheels hurry as the cost asks; who steps takes the time that the gait gives
-            way = float(np.hypot(change[0], change[1]) + lever * abs(change[2]))
-            speed = CRUISE * min(scenario.speed_max(leg) for leg in range(FEET))
-            duration = min(max(SHORTEST, PEAK * way / speed), duration)
+            duration = driving_time(scenario, change, duration)
         result += minimum_jerk((times - begin) / duration)[0]
     return result
 

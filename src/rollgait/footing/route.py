@@ -17,6 +17,7 @@ import numpy as np
 
 from rollgait.errors import NotSolvedError
 from rollgait.footing.footing import FEET, Array
+from rollgait.footing.pace import turn_lever
 from rollgait.ocp.lift import minimum_jerk
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario.schedule import ContactSchedule
@@ -113,7 +114,7 @@ def find_route(
     Raises:
         NotSolvedError: nothing on the track of a foot can be stood on.
     """
-    way = BaseWay.through(poses, float(np.linalg.norm(stance[:, :2], axis=1).max()))
+    way = BaseWay.through(poses, turn_lever(stance))
     tracks = [way.foot(way.s, stance[leg]) for leg in range(FEET)]
     own_arcs = []
     for leg, (region, track) in enumerate(zip(regions, tracks, strict=True)):

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Final, TypeVar
 
 import numpy as np
@@ -33,7 +33,8 @@ MARGIN: Final = 0.03
 LIFT_MAX: Final = 5.0e-3
 """By how much something else may lift a wheel off what is below it on a map, m: more is an edge."""
 
-
+Window = tuple[tuple[float, float], tuple[float, float]]
+"""Smallest and largest (x, y) of a part of a map, m."""
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
@@ -309,7 +310,7 @@ def regions_of(
     terrain: Terrain,
     radius: float,
     margin: float = MARGIN,
-    window: tuple[tuple[float, float], tuple[float, float]] | None = None,
+    window: Window | None = None,
 ) -> Regions:
     """The regions of a wheel, or of a point foot, on some ground.
 
@@ -321,6 +322,25 @@ def regions_of(
     """
     surface = WheelSurface(terrain, radius, window)
     return PlanarRegions(surface, margin) if surface.grid is None else RasterRegions(surface, margin)
+
+
+def regions_about(terrain: Terrain, radii: Sequence[float], places: Array, around: float) -> list[Regions]:
+    """The regions of several feet about some places; the last ones are kept, for they are asked for again.
+
+    Args:
+        terrain: the ground.
+        radii: of the feet, m.
+        places: what must be seen, (n, 2), m.
+        around: how far about them a map is looked at, m; planes are reckoned with as a whole.
+    """
+    low, high = places.min(axis=0) - around, places.max(axis=0) + around
+    window = (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
+    return [_kept_regions(terrain, radius, None if terrain.planar else window) for radius in radii]
+
+
+@lru_cache(maxsize=8)
+def _kept_regions(terrain: Terrain, radius: float, window: Window | None) -> Regions:
+    return regions_of(terrain, radius, window=window)
 
 
 def arcs(labels: Sequence[int]) -> list[tuple[int, int, int]]:

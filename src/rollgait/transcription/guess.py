@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.dynamics.foot import planar_inputs
+from rollgait.footing.pace import driving_time
 from rollgait.ocp.lift import lift, minimum_jerk
 from rollgait.ocp.problem import Problem
 from rollgait.plan.samples import Samples, level_contact
@@ -32,12 +33,6 @@ STILL = 1e-3
 """m/s below which a foot's velocity says nothing about its heading."""
 GRID = 4
 """Points per interval in the mean, of the even grid on which headings are found."""
-SHORTEST = 1.5
-"""s that wheels take for a change of pose, however small."""
-CRUISE = 0.9
-"""Part of its top speed that the fastest wheel reaches."""
-PEAK = 1.875
-"""Largest speed of a minimum-jerk path, in mean speeds."""
 
 
 def kinematic_guess(problem: Problem, reverse: bool = False, detour: Array | None = None) -> MotionGuess:
@@ -109,13 +104,9 @@ class _Guess:
 
     def _duration(self, change: Array, available: float) -> float:
         """Time for a change of pose, s: feet that step take all there is, wheels hurry as the cost asks."""
-        robot = self.problem.robot
-        if any(leg.foot == "point" for leg in robot.leg_list):
+        if any(leg.foot == "point" for leg in self.problem.robot.leg_list):
             return available
-        lever = np.linalg.norm(robot.stance[:, :2], axis=1).max()
-        way = np.hypot(change[0], change[1]) + lever * abs(change[3])
-        speed = CRUISE * min(self.problem.scenario.speed_max(leg) for leg in range(4))
-        return float(min(max(SHORTEST, PEAK * way / speed), available))
+        return driving_time(self.problem.scenario, change[[0, 1, 3]], available)
 
     def _nominal(self, leg: int, pose: Array) -> Array:
         """Nominal contact point below base poses (n, 6), in the plane: (n, 2)."""

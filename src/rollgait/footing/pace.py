@@ -1,0 +1,31 @@
+"""How far a change of pose is, and how long wheels take for it. Needs no SciPy."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.scenario.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+CRUISE: Final = 0.9
+"""Part of its top speed that the fastest wheel reaches."""
+PEAK: Final = 1.875
+"""Largest speed of a minimum-jerk path, in mean speeds."""
+SHORTEST: Final = 1.5
+"""s that wheels take for a change of pose, however small."""
+
+
+def turn_lever(stance: Array) -> float:
+    """What a turn of 1 rad counts as, m: the way of the outermost foot; `stance` is (4, 2) or (4, 3), m."""
+    return float(np.linalg.norm(stance[:, :2], axis=1).max())
+
+
+def driving_time(scenario: Scenario, change: Array, available: float) -> float:
+    """Time that wheels take for a change of pose (x, y, yaw), m and rad, at most what there is, s."""
+    way = float(np.hypot(change[0], change[1]) + turn_lever(scenario.body.stance) * abs(change[2]))
+    speed = CRUISE * min(scenario.speed_max(leg) for leg in range(len(scenario.body.leg_list)))
+    return min(max(SHORTEST, PEAK * way / speed), available)
