@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from rollgait.robot.robot import Robot
     from rollgait.scenario.library import find_scenario, scenario_names
     from rollgait.scenario.scenario import Scenario
+    from rollgait.searching import search_steps
     from rollgait.simulation import Disturbances, SimulationLog, simulate
     from rollgait.terrain.terrain import Terrain
     from rollgait.tracking import JointTrajectory, track
@@ -68,6 +69,7 @@ __all__ = [
     "plan_many",
     "robot_names",
     "scenario_names",
+    "search_steps",
     "simulate",
     "track",
 ]
@@ -110,6 +112,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "plan_many": "many",
             "robot_names": "robot.library",
             "scenario_names": "scenario.library",
+            "search_steps": "searching",
             "simulate": "simulation",
             "track": "tracking",
         },

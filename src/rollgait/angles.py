@@ -32,7 +32,7 @@ def euler_rates(euler: Array, omega_world: Array) -> Array:
 
 
 def angular_velocity(euler: Array, euler_rate: Array) -> Array:
-    """ω in world axes, (3,), rad/s, of Euler rates: the inverse of `euler_rates`."""
+    """ω in world axes, (3, …), rad/s, of Euler angles and rates, (3, …): the inverse of `euler_rates`."""
     (c_yaw, c_pitch, _), (s_yaw, s_pitch, _) = np.cos(euler), np.sin(euler)
     yaw_rate, pitch_rate, roll_rate = euler_rate
     return np.array(

@@ -23,6 +23,7 @@ from rollgait.cli import (
     plot,
     record,
     robot,
+    search,
     simulate,
     track,
     view,
@@ -39,6 +40,7 @@ app = typer.Typer(
 )
 app.command("plan")(plan.plan)
 app.command("many")(many.many)
+app.command("search")(search.search)
 app.command("check")(check.check)
 app.command("plot")(plot.plot)
 app.command("export")(export.export)
