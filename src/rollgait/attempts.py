@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import islice
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from rollgait.diagnosis.budget import UNLIMITED, Budget, Limits
 from rollgait.errors import NotSolvedError, UnknownNameError
+from rollgait.mending import ROUNDS
 from rollgait.ocp.problem import Problem
 from rollgait.plan.plan import StartResult
 from rollgait.solvers import SOLVER_NAMES, Iteration, Progress, Solution, Solver, make_solver
@@ -29,6 +30,31 @@ Array = NDArray[np.float64]
 
 FALLBACKS = 4
 """Starts that are tried before a problem is given up."""
+
+
+PATIENCE = 8.0
+"""s, after which no further attempt is made to turn a solution into one whose certificate passes."""
+
+
+@dataclass(frozen=True)
+class Effort:
+    """What may be spent on a problem.
+
+    Attributes:
+        starts: that are tried before it is given up.
+        rounds: of mending.
+        patience: s, after which a solution is not mended any further.
+        limits: of each run of a solver.
+    """
+
+    starts: int = FALLBACKS
+    rounds: int = ROUNDS
+    patience: float = PATIENCE
+    limits: Limits = field(default_factory=lambda: UNLIMITED)
+
+
+USUAL = Effort()
+"""Of a problem on which all depends."""
 
 
 @dataclass(frozen=True)
@@ -123,8 +149,10 @@ class Attempts:
         ready: what is solved.
     """
 
-    def __init__(self, ready: Ready, progress: Progress | None, watch: Stopwatch) -> None:
-        self.ready, self._progress, self._watch = ready, progress, watch
+    def __init__(
+        self, ready: Ready, progress: Progress | None, watch: Stopwatch, effort: Effort = USUAL
+    ) -> None:
+        self.ready, self._progress, self._watch, self._effort = ready, progress, watch, effort
         self.done: list[Attempt] = []
 
     @property
@@ -143,17 +171,17 @@ class Attempts:
         )
 
     def run(self, starts: Iterator[InitialGuess], multistart: int) -> None:
-        """Solves from `multistart` starts at once, then one by one until one is solved: FALLBACKS at most."""
+        """Solves from `multistart` starts at once, then one by one until one is solved: as many as the effort has."""
         first = list(islice(self._guesses(starts), multistart))
         self._side_by_side(first) if len(first) > 1 else self._in_turn(first)
         # a start may be the solution of another problem: it is made only when it is needed
-        further = self._guesses(islice(starts, max(0, FALLBACKS - multistart)))
+        further = self._guesses(islice(starts, max(0, self._effort.starts - multistart)))
         while not self.solved and (guess := next(further, None)) is not None:
             self._in_turn([guess])
 
     def run_another(self, starts: Iterator[InitialGuess]) -> Attempt | None:
-        """Solves from one more start; None if there is none, if it is not solved, or FALLBACKS are made."""
-        guess = next(self._guesses(islice(starts, max(0, FALLBACKS - len(self.done)))), None)
+        """Solves from one more start; None if there is none, if it is not solved, or as many are made as the effort has."""
+        guess = next(self._guesses(islice(starts, max(0, self._effort.starts - len(self.done)))), None)
         if guess is None:
             return None
         self._in_turn([guess])
@@ -190,7 +218,8 @@ class Attempts:
             solver = self.ready.solver
         for start, guess in guesses:
             with self._watch("solve"):
-                self.done.append(_attempt(self.ready, solver, start, guess, self._progress))
+                limits = self._effort.limits
+                self.done.append(_attempt(self.ready, solver, start, guess, self._progress, limits))
 
     def _side_by_side(self, guesses: Sequence[tuple[InitialGuess, Array]]) -> None:
         """Solves on the cores there are, if the solver can run more than once at a time; Ctrl-C ends all."""
@@ -214,7 +243,9 @@ class Attempts:
         with self._watch("solve"), ThreadPoolExecutor(cores) as pool:
             try:
                 futures = [
-                    pool.submit(_attempt, self.ready, solver, start, guess, watched(number))
+                    pool.submit(
+                        _attempt, self.ready, solver, start, guess, watched(number), self._effort.limits
+                    )
                     for number, (solver, (start, guess)) in enumerate(zip(solvers, guesses, strict=True))
                 ]
                 self.done += [future.result() for future in futures]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -10,11 +11,11 @@ from pathlib import Path
 
 import numpy as np
 
-from rollgait.attempts import Attempt, Attempts, Method, Ready
-from rollgait.diagnosis.budget import SECONDS, Budget
+from rollgait.attempts import USUAL, Attempt, Attempts, Effort, Method, Ready
+from rollgait.diagnosis.budget import SECONDS, Budget, Limits
 from rollgait.diagnosis.entry import Investigation
 from rollgait.errors import InputError, NotSolvedError
-from rollgait.mending import ROUNDS, finer
+from rollgait.mending import finer
 from rollgait.ocp.problem import Problem, make_problem
 from rollgait.ocp.term import Term
 from rollgait.plan.plan import Plan, Statistics
@@ -28,8 +29,6 @@ from rollgait.stopwatch import Stopwatch
 from rollgait.transcription.guess import MotionGuess
 from rollgait.transcription.nlp import Nlp
 
-PATIENCE = 8.0
-"""s, after which no further attempt is made to turn a solution into one whose certificate passes."""
 GROUND_ROUNDS = 4
 """How often the ground is looked up around a motion at most: each round, what is left is a tenth or less."""
 GROUND_TOLERANCE = 3e-4
@@ -108,7 +107,7 @@ class Planner:
             NotSolvedError: there is no way over the ground; or no start converged, then the last iterate is
                 the error's `plan`, marked as not solved, and the reason its `diagnosis`.
         """
-        watch, method = Stopwatch(self.clock), self._method
+        watch = Stopwatch(self.clock)
         if multistart < 1:
             raise InputError("multistart", multistart, "must be at least 1")
         if seed < 0:
@@ -119,6 +118,46 @@ class Planner:
             if profile is not None:
                 asked = asked.with_values({"profile": profile})
             earlier = Plan.load(warm_start) if isinstance(warm_start, str | Path) else warm_start
+        if asked.gait.kind == "discover":
+            return self._discovered(asked, earlier, multistart, seed, watch, progress)
+        return self._planned(
+            asked, earlier, multistart, seed, watch, progress, USUAL, budget if diagnose else None
+        )
+
+    def _discovered(
+        self,
+        asked: Scenario,
+        earlier: Plan | None,
+        multistart: int,
+        seed: int,
+        watch: Stopwatch,
+        progress: Progress | None,
+    ) -> Plan:
+        """The plan of a scenario whose gait is to be found."""
+        from rollgait.discover.search import ITERATIONS, MENDINGS, discover  # here: it needs SciPy
+
+        def plan_one(scenario: Scenario, task: str, until: float) -> Plan:
+            limits = Limits(until=until, iterations=ITERATIONS)
+            effort = Effort(1, MENDINGS, math.inf, limits)
+            told = saying(task, progress)
+            return self._planned(scenario, earlier, multistart, seed, watch, told, effort, None)
+
+        with watch("discover"):
+            return discover(asked, plan_one)
+
+    def _planned(
+        self,
+        asked: Scenario,
+        earlier: Plan | None,
+        multistart: int,
+        seed: int,
+        watch: Stopwatch,
+        progress: Progress | None,
+        effort: Effort,
+        budget: Budget | None,
+    ) -> Plan:
+        """The plan of a scenario whose gait is given; with a budget the reason is looked for if there is none."""
+        method = self._method
         with watch("build"):
             problem = make_problem(asked, self._terms)  # where it knows of no way, it says why itself
         try:
@@ -126,14 +165,14 @@ class Planner:
                 ready = Ready(method, problem)
                 ready.refuse_contradictions()
         except NotSolvedError as error:
-            if diagnose:
+            if budget is not None:
                 error.diagnosis = self._investigate(asked, progress, budget).diagnosis()
             raise
-        attempts = Attempts(ready, progress, watch)
+        attempts = Attempts(ready, progress, watch, effort)
         guesses = starts(problem, method.solve, earlier, seed)
         attempts.run(guesses, multistart)
         why = None
-        if diagnose and not attempts.solved:
+        if budget is not None and not attempts.solved:
             why = self._investigate(asked, progress, budget)
             attempts.run_elastic(why.motion, budget)
         if not attempts.solved:
@@ -141,13 +180,15 @@ class Planner:
             result = result.with_statistics(replace(result.statistics, seconds=watch.parts()))
             diagnosis = None if why is None else why.diagnosis()
             raise NotSolvedError(_failure(result, len(attempts.done)), result, diagnosis)
-        settled = self._settled(ready, attempts.best, watch, progress)
-        return self._certified(settled, attempts, guesses, watch, progress)
+        settled = self._settled(ready, attempts.best, watch, progress, effort)
+        return self._certified(settled, attempts, guesses, watch, progress, effort)
 
     def _investigate(self, asked: Scenario, progress: Progress | None, budget: Budget) -> Investigation:
         return Investigation(asked, self._terms, self._method.kernels, progress, budget, has_failed=True)
 
-    def _settled(self, ready: Ready, best: Attempt, watch: Stopwatch, progress: Progress | None) -> Settled:
+    def _settled(
+        self, ready: Ready, best: Attempt, watch: Stopwatch, progress: Progress | None, effort: Effort
+    ) -> Settled:
         """A solution on the ground that is where its feet are: curved ground is looked up again around it."""
         result = Settled(ready, best)
         while result.ready.problem.footing.is_curved and result.rounds < GROUND_ROUNDS:
@@ -162,7 +203,7 @@ class Planner:
                 again = Ready(self._method, around)
             if again.transcribed.nlp.contradictions:
                 break
-            attempts = Attempts(again, saying("fitting to the ground", progress), watch)
+            attempts = Attempts(again, saying("fitting to the ground", progress), watch, effort)
             attempts.run(iter([InitialGuess(best.start.name, partial(_the, motion), warm=True)]), 1)
             if not attempts.solved:
                 break
@@ -176,28 +217,31 @@ class Planner:
         guesses: Iterator[InitialGuess],
         watch: Stopwatch,
         progress: Progress | None,
+        effort: Effort,
     ) -> Plan:
         """The plan of a solution: mended, then from other starts, while its certificate does not pass."""
         begin, tried = time.perf_counter(), list[Plan]()
         ready = settled.ready
         plan: Plan | None = _as_plan(settled, attempts, self._method)
         while plan is not None:
-            for _ in range(ROUNDS):
+            for _ in range(effort.rounds):
                 tried.append(plan)
                 with watch("certify"):
                     passed = plan.certificate().passed
                     schedule = None if passed else finer(plan)
-                if passed or schedule is None or time.perf_counter() - begin > PATIENCE:
+                if passed or schedule is None or time.perf_counter() - begin > effort.patience:
                     break
-                mended = self._mended(ready.problem, plan, schedule, watch, saying("mending", progress))
+                mended = self._mended(
+                    ready.problem, plan, schedule, watch, saying("mending", progress), effort
+                )
                 if mended is None:
                     break
                 plan = mended
-            if passed or time.perf_counter() - begin > PATIENCE:
+            if passed or time.perf_counter() - begin > effort.patience:
                 break
             another = attempts.run_another(guesses)
             if another is not None:
-                settled = self._settled(attempts.ready, another, watch, progress)
+                settled = self._settled(attempts.ready, another, watch, progress, effort)
                 ready, plan = settled.ready, _as_plan(settled, attempts, self._method)
             else:
                 plan = None
@@ -212,6 +256,7 @@ class Planner:
         schedule: ContactSchedule,
         watch: Stopwatch,
         progress: Progress | None,
+        effort: Effort,
     ) -> Plan | None:
         """The same problem solved on another mesh, from the motion that is known; None if it is not."""
         with watch("build"):
@@ -219,12 +264,12 @@ class Planner:
             ready = Ready(self._method, finer_problem)
         if ready.transcribed.nlp.contradictions:
             return None
-        attempts = Attempts(ready, progress, watch)
+        attempts = Attempts(ready, progress, watch, effort)
         name = f"{plan.statistics.start}, finer mesh".replace(", finer mesh, finer mesh", ", finer mesh")
         attempts.run(iter([InitialGuess(name, lambda: from_plan(finer_problem, plan), warm=True)]), 1)
         if not attempts.solved:
             return None
-        settled = self._settled(ready, attempts.best, watch, progress)
+        settled = self._settled(ready, attempts.best, watch, progress, effort)
         if finer_problem.footing.is_curved:  # the ground was looked up before as well
             settled = replace(settled, rounds=plan.statistics.ground_rounds + settled.rounds)
         return _as_plan(settled, attempts, self._method)

@@ -29,9 +29,11 @@ def scenarios(as_json: AsJson = False) -> None:
         return
     rows = [("name", "horizon", "steps", "goal x, y, yaw", "description")]
     for name, s in found.items():
-        steps = sum(1 for _ in s.schedule.swings())
+        found = s.gait.kind == "discover"
+        steps = "found" if found else str(sum(1 for _ in s.schedule.swings()))
+        time = "found" if found else f"{s.horizon:g} s"
         goal = f"{s.goal.x:g} m, {s.goal.y:g} m, {s.goal.yaw_deg:g} deg"
-        rows.append((name, f"{s.horizon:g} s", str(steps), goal, s.description))
+        rows.append((name, time, steps, goal, s.description))
     print_table(rows, right=[1, 2], indent=0)
 
 
@@ -61,12 +63,13 @@ def show(scenario: ScenarioName, settings: Settings = None, profile: Profile = N
 
 
 def _scenario_facts(name: str, scenario: Scenario) -> dict[str, object]:
+    found = scenario.gait.kind == "discover"
     return {
         "name": name,
         "description": scenario.description,
         "robot": scenario.body.name,
         "horizon": scenario.horizon,
-        "steps": sum(1 for _ in scenario.schedule.swings()),
+        "steps": None if found else sum(1 for _ in scenario.schedule.swings()),
         "goal": scenario.goal.model_dump(mode="json"),
     }
 

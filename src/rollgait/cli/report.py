@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rollgait.cli.output import number, print_table
+from rollgait.robot.robot import LEG_NAMES
 
 if TYPE_CHECKING:
     from rollgait.plan.certificate import Certificate
@@ -27,11 +28,35 @@ def print_plan(plan: Plan, name: str) -> None:
             ("problem", f"{s.transcription}, {s.solver}: {size}"),
         ]
     )
+    if s.discovery:
+        _print_discovery(plan)
     if len(s.starts) > 1:
         _print_starts(s)
     print("\ncost")
     costs = [(term, number(cost, 4)) for term, cost in s.costs.items()]
     print_table([*costs, ("total", number(s.cost, 4))], right=[1])
+
+
+def _print_discovery(plan: Plan) -> None:
+    """Which gaits were tried, and the steps that were found."""
+    print("\ngaits tried")
+    tried = [(r.name, f"{r.horizon:g} s", str(r.steps), r.outcome) for r in plan.statistics.discovery]
+    print_table([("gait", "time", "steps", ""), *tried], right=[1, 2])
+    times = plan.schedule.node_times
+    swings = sorted(plan.schedule.swings(), key=lambda swing: swing.lift_off)
+    if not swings:
+        print("\nsteps found: none, it drives")
+        return
+    print("\nsteps found")
+    begin, end = (
+        plan.sample(times[[getattr(s, node) for s in swings]]) for node in ("lift_off", "touch_down")
+    )
+    rows = [("foot", "from", "to", "leaves x, y, z", "lands x, y, z")]
+    for k, swing in enumerate(swings):
+        places = [", ".join(f"{c:.2f}" for c in at.foot_position[k, swing.leg]) for at in (begin, end)]
+        name = LEG_NAMES[swing.leg]
+        rows.append((name, f"{times[swing.lift_off]:.2f} s", f"{times[swing.touch_down]:.2f} s", *places))
+    print_table(rows, right=[1, 2])
 
 
 def _effort(statistics: Statistics) -> str:

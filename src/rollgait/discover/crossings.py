@@ -1,6 +1,6 @@
 """Where feet must step: their tracks leave what they can roll on, and go on behind it.
 
-The base goes from goal to goal; s is how far it has come, k at goal number k. A foot's track is its nominal
+The base goes from pose to pose; s is how far it has come, k at pose number k. A foot's track is its nominal
 place below the base at each s. Where one arc of the track ends and the next begins, the foot must swing.
 """
 
@@ -53,7 +53,13 @@ def crossings(way: BaseWay, stance: Array, regions: Sequence[Regions], rise_max:
     return sorted(result, key=lambda crossing: crossing.middle)
 
 
-def lengths(way: BaseWay) -> Array:
-    """How far the base has gone at each place of its way, in the plane, (m,), m."""
-    steps = np.hypot(*np.diff(way.pose[:, :2], axis=0).T)
+def lengths(way: BaseWay, lever: float = 0.0) -> Array:
+    """How far the base has gone at each place of its way, (m,), m.
+
+    Args:
+        way: of the base.
+        lever: what a turn of 1 rad counts as, m.
+    """
+    change = np.abs(np.diff(way.pose, axis=0))
+    steps = np.hypot(change[:, 0], change[:, 1]) + lever * change[:, 2]
     return np.concatenate([[0.0], np.cumsum(steps)])

@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
-from rollgait.discover.crossings import crossings, lengths
-from rollgait.discover.timing import Pace, timed
+from collections.abc import Sequence
+
+import numpy as np
+
+from rollgait.discover.candidate import goals_along
+from rollgait.discover.crossings import Crossing, crossings, lengths
+from rollgait.discover.timing import Pace, Timed, timed
+from rollgait.footing.footing import Array
 from rollgait.footing.on_terrain import poses_of, regions_for, rise_max
 from rollgait.footing.pace import turn_lever
 from rollgait.footing.route import BaseWay
@@ -22,11 +28,28 @@ def stepping_gait(scenario: Scenario, pace: Pace | None = None) -> Scenario:
     Raises:
         InputError: the gait or the horizon does not suit the scenario, e.g. its later goals.
     """
-    stance = scenario.body.stance
-    way = BaseWay.through(poses_of(scenario), turn_lever(stance))
-    found = crossings(way, stance, regions_for(scenario), rise_max(scenario.body))
-    gait, horizon = timed(found, way.s, lengths(way), pace or Pace())
-    values: dict[str, object] = {"horizon": horizon}
+    poses = poses_of(scenario)
+    way = BaseWay.through(poses, turn_lever(scenario.body.stance))
+    found = crossings(way, scenario.body.stance, regions_for(scenario), rise_max(scenario.body))
+    values = gait_values(way, poses, found, timed(found, way.s, lengths(way), pace or Pace()))
+    return scenario.with_values({key: value for key, value in values.items() if key != "goal"})
+
+
+def gait_values(
+    way: BaseWay, poses: Array, found: Sequence[Crossing], plan: Timed, lever: float = 0.0
+) -> dict[str, object]:
+    """What a gait along a way sets of a scenario: `gait` where it steps, `horizon`, `goal`.
+
+    Args:
+        way: of the base.
+        poses: that it leads through, the start first, (n + 1, 3), m and rad.
+        found: the steps.
+        plan: in time.
+        lever: what a turn of 1 rad counts as in the lengths of the plan, m.
+    """
+    length = lengths(way, lever)
+    times = [plan.time_at(float(np.interp(k, way.s, length))) for k in range(1, len(poses) - 1)]
+    values: dict[str, object] = {"horizon": plan.horizon, "goal": goals_along(poses[1:], times)}
     if found:
-        values["gait"] = gait.model_dump(mode="json")
-    return scenario.with_values(values)
+        values["gait"] = plan.gait.model_dump(mode="json")
+    return values

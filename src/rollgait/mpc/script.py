@@ -155,7 +155,8 @@ def script_of(scenario: Scenario) -> Script:
     A goal is given up for the next one only when there has been time to reach it.
     """
     swings = scenario.gait.swings(scenario.horizon)
-    steps = any(swings.values())
+    is_given = scenario.gait.kind != "discover"
+    steps = any(swings.values()) or not (is_given or scenario.ground.kind == "flat")
     gait = LOCKED_GAIT if scenario.gait.wheels == "locked" else STEPPING_GAIT if steps else ROLLING_GAIT
     goals: list[tuple[float, Goal | LaterGoal]] = [(0.0, scenario.goal)]
     goals += [(later.at, later) for later in scenario.goal.then]
@@ -171,7 +172,7 @@ def script_of(scenario: Scenario) -> Script:
         way = math.dist(place, (goal.x, goal.y)) / speed
         at += max(way, math.radians(abs(goal.yaw_deg - yaw)) / turn_rate) + SETTLING
         place, yaw = (goal.x, goal.y), goal.yaw_deg
-    at = max(at, scenario.horizon)
+    at = max(at, scenario.horizon if is_given else 0.0)
     if gait != ROLLING_GAIT:
         rest = commands[-1].command.model_copy(update={"gait": RESTS[gait]})
         commands.append(TimedCommand(at=at, command=rest))

@@ -101,8 +101,9 @@ class Reach(FootConstraint):
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
         limb = _known(problem.robot.leg_list[leg].limb)
-        lower = np.square([limb.extension[0], limb.radius_min])
-        return lower[:, None], np.array([[limb.extension[1] ** 2], [np.inf]])
+        margin = problem.bound("reach_margin") or 0.0
+        lower = np.square([limb.extension[0] + margin, limb.radius_min])
+        return lower[:, None], np.array([[(limb.extension[1] - margin) ** 2], [np.inf]])
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         from_hip = foot.p_body - d.hip

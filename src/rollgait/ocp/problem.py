@@ -67,8 +67,8 @@ class Problem:
         return self.scenario.body
 
     def friction_at(self, leg: int) -> Array:
-        """μ under a foot in each interval, (N,)."""
-        return np.asarray(self.footing.friction[leg])
+        """μ under a foot in each interval, as much of it as forces may use, (N,)."""
+        return np.asarray(self.bound("friction_share") * self.footing.friction[leg])
 
     def bound(self, name: str) -> Any:
         """A bound of the scenario or its profile, by its key; None if there is none."""
@@ -139,10 +139,12 @@ def make_problem(
         schedule: the contacts, on another mesh than the scenario's own.
 
     Raises:
-        InputError: the scenario contradicts itself, a name is there twice, `bounds.without` names no term, or
+        InputError: the scenario contradicts itself or its gait is yet to be found, a name is there twice, `bounds.without` names no term, or
             the schedule has another horizon.
         NotSolvedError: on the ground a foot has no place to stand.
     """
+    if scenario.gait.kind == "discover":
+        raise InputError("gait", "discover", "must be found first: rollgait.plan, or rollgait plan, finds it")
     scenario.check()
     schedule = scenario.schedule if schedule is None else schedule
     if not np.isclose(schedule.horizon, scenario.horizon, rtol=HORIZON_TOLERANCE):

@@ -51,6 +51,27 @@ class StartResult:
 
 
 @dataclass(frozen=True)
+class CandidateResult:
+    """What came of a gait that was tried where it was to be found.
+
+    Attributes:
+        name: what is particular about it.
+        score: by which it was put in order, s.
+        horizon: its time, s.
+        steps: swings that it has.
+        outcome: `certified`, or why not.
+        iterations: of the solver.
+    """
+
+    name: Line
+    score: float
+    horizon: float
+    steps: int
+    outcome: Line
+    iterations: int = 0
+
+
+@dataclass(frozen=True)
 class Statistics:
     """How a plan was found.
 
@@ -73,6 +94,8 @@ class Statistics:
         worst: which constraint that is, where and when, as one line ("" if none is violated).
         start: name of the initial guess from which this was found.
         starts: what came of each initial guess that was tried.
+        discovery: what came of each gait that was tried, in their order, where the gait was to be found; the
+            last one is this plan's.
         linear_algebra: what factorised the solver's matrices, e.g. BLASFEO with a product compiled here.
     """
 
@@ -92,6 +115,7 @@ class Statistics:
     starts: tuple[StartResult, ...] = ()
     linear_algebra: str = ""
     ground_rounds: int = 1
+    discovery: tuple[CandidateResult, ...] = ()
 
     @property
     def wall_time(self) -> float:

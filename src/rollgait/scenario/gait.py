@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Discriminator, Field
 from rollgait.config import Config, NonNegative, Number, Positive, Whole
 from rollgait.robot.robot import LEG_NAMES, LegName
 from rollgait.scenario.patterns import PATTERNS, Wheels
+from rollgait.scenario.weights import Share, SupportMargin
 
 Swing = tuple[Number, Number]
 """(lift-off, touch-down), s."""
@@ -181,8 +182,48 @@ class Schedule(BaseGait):
         return {"FL": self.FL, "FR": self.FR, "HL": self.HL, "HR": self.HR}
 
 
-Gait = Annotated[Drive | Crawl | Walk | Trot | Pace | Schedule, Discriminator("kind")]
+class Search(Config):
+    """How much work discovering a gait may take."""
+
+    candidates: StepCount = 12
+    """How many gaits are planned at most: so much work, the same plan for the same input."""
+    seconds: Positive = 10.0
+    """After which the search is cut, s of wall time; the message says so."""
+
+
+class Reserves(Config):
+    """What is kept back for a robot that does not do exactly what was planned: bounds of what is discovered.
+
+    A bound that the scenario itself gives counts instead.
+    """
+
+    friction_share: Share = 0.8
+    """Part of the ground's μ that is planned with."""
+    reach: NonNegative = 0.01
+    """By how much legs stay shorter than their longest and longer than their shortest, m."""
+    com_margin: SupportMargin = 0.01
+    """How far inside the feet that stand the CoM stays while one of four swings, m."""
+    capture_margin: SupportMargin = -0.03
+    """The same for the capture point, m."""
+
+
+class Discover(BaseGait):
+    """The gait is found from ground, start and goal; `horizon` is the longest allowed."""
+
+    kind: Literal["discover"] = "discover"
+    """Kind of the gait."""
+    search: Search = Search()
+    """How much work it may take."""
+    reserves: Reserves = Reserves()
+    """What is kept back."""
+
+    def swings(self, horizon: float) -> Swings:
+        """None: those that are found are those of another gait."""
+        return dict.fromkeys(LEG_NAMES, ())
+
+
+Gait = Annotated[Drive | Crawl | Walk | Trot | Pace | Schedule | Discover, Discriminator("kind")]
 """One of the gaits, told apart by `kind`."""
 
-GAITS: Final = (Drive, Crawl, Walk, Trot, Pace, Schedule)
+GAITS: Final = (Drive, Crawl, Walk, Trot, Pace, Schedule, Discover)
 GAIT_KINDS: Final = tuple(str(gait.model_fields["kind"].default) for gait in GAITS)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from rollgait.config import Config, NonNegative, Number, Positive, dump_yaml, lo
 from rollgait.errors import InputError
 from rollgait.robot.library import find_robot
 from rollgait.robot.robot import LEG_NAMES, Robot
-from rollgait.scenario.gait import GAIT_KINDS, GAITS, BaseGait, Drive, Gait
+from rollgait.scenario.gait import GAIT_KINDS, GAITS, BaseGait, Discover, Drive, Gait
 from rollgait.scenario.profile import (
     CLEARANCE,
     CLEARANCE_OF_HEIGHT,
@@ -31,6 +31,10 @@ from rollgait.scenario.schedule import ContactSchedule, put_on_mesh
 from rollgait.scenario.weights import Bounds, Weights
 from rollgait.terrain.ground import Ground
 from rollgait.terrain.terrain import Terrain
+
+
+LONGEST: Final = 120.0
+"""s: the horizon of a gait that is to be found, where none is given; a longer motion is several."""
 
 
 def _named_or_spelled_out(value: Any) -> str:
@@ -113,7 +117,7 @@ class Scenario(Config):
     goal: Goal
     """Where it is wanted; may switch over time."""
     horizon: Positive = 10.0
-    """T, s."""
+    """T, s. With the gait `discover` the longest allowed; default there: 120."""
     interval: Positive = 0.1
     """h, s; the horizon is cut into round(T / h) equal intervals."""
     profile: ProfileName = "executable"
@@ -163,6 +167,13 @@ class Scenario(Config):
     def _ground_of_terrain(cls, value: Any) -> Any:
         return Ground.of(value) if isinstance(value, Terrain) else value
 
+    @model_validator(mode="before")
+    @classmethod
+    def _free_horizon(cls, data: Any) -> Any:
+        if isinstance(data, Mapping) and "horizon" not in data and _discovers(data.get("gait")):
+            return {**data, "horizon": LONGEST}
+        return data
+
     @field_validator("gait", mode="before")
     @classmethod
     def _gait_by_name(cls, value: Any) -> Any:
@@ -173,6 +184,8 @@ class Scenario(Config):
     def with_values(self, values: Mapping[str, Any]) -> Scenario:
         """A copy with dotted keys set, e.g. `{"goal.x": 1.5, "robot.mass": 90.0}`. Raises `InputError`."""
         data = self.to_dict()
+        if "horizon" not in self.model_fields_set or data["horizon"] == LONGEST:
+            del data["horizon"]  # what nobody said follows from the gait
         for key, value in values.items():
             if key in ("gait", "gait.kind") and isinstance(value, str):
                 data["gait"] = {"kind": value, **(_asked_of_any(data["gait"]) if "." in key else {})}
@@ -369,6 +382,12 @@ class Scenario(Config):
             speeds = np.where(in_stance, rolling, swing_speed)
             distances.append(float(durations @ speeds))
         return min(distances)
+
+
+def _discovers(gait: Any) -> bool:
+    """Whether data of a gait are those of `discover`."""
+    kind = gait.get("kind") if isinstance(gait, Mapping) else getattr(gait, "kind", gait)
+    return bool(kind == Discover.model_fields["kind"].default)
 
 
 def _smallest(*values: float | None) -> float:

@@ -24,6 +24,7 @@ def by_profile(paper: Any = None, executable: Any = UNSET) -> Any:
 
 Margin = Annotated[Number, Field(ge=0.0, le=45.0)]
 SupportMargin = Annotated[Number, Field(ge=-1.0, le=1.0)]
+Share = Annotated[Number, Field(gt=0.0, le=1.0)]
 
 
 class Weights(Config):
@@ -76,6 +77,8 @@ class Bounds(Config):
     """Smallest normal force in stance, N."""
     force_max: Positive | None = None
     """Largest normal force in stance, N; the robot's own limit holds as well."""
+    friction_share: Share | None = by_profile(1.0)
+    """Part of the ground's μ that forces may use; the rest is a reserve."""
     inscribed: Flag = False
     """Use the pyramid inside the friction cone: μ/√2."""
     touchdown_speed: Positive | None = by_profile(executable=0.1)
@@ -92,6 +95,8 @@ class Bounds(Config):
     """Distance from the limits of hip_yaw and the steering joint, degrees."""
     reach: Flag | None = by_profile(executable=True)
     """Keep the leg's extension within its limits (executable)."""
+    reach_margin: NonNegative | None = by_profile(0.0)
+    """Distance from these limits, m."""
     level_at_end: Flag | None = by_profile(executable=True)
     """End with θ̇ = 0 and pitch = roll = 0 (executable)."""
     com_margin: SupportMargin | None = by_profile(executable=0.01)

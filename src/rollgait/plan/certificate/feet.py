@@ -136,7 +136,7 @@ def check_forces(case: Case) -> Iterator[Row]:
         force = in_contact_frame(motion.at.force, contacts.normal, heading)
         friction = contacts.friction
     along, across, normal = np.moveaxis(force, -1, 0)
-    mu = friction / (np.sqrt(2.0) if case.scenario.bounds.inscribed else 1.0)
+    mu = case.bound("friction_share") * friction / (np.sqrt(2.0) if case.scenario.bounds.inscribed else 1.0)
     yield from measured(
         "friction_margin",
         "friction that is left: μ fz − max(|fx|, |fy|)",

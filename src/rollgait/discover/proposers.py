@@ -1,0 +1,11 @@
+"""Who proposes gaits: a new way to find them is one file, and one line here."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from rollgait.discover.candidate import Proposer
+from rollgait.discover.rolling import rolling
+
+PROPOSERS: Final[tuple[Proposer, ...]] = (rolling,)
+"""All of them are asked; what they propose is tried in the order of the scores."""

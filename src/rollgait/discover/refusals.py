@@ -1,0 +1,171 @@
+"""What forbids a way, in a sentence: where a foot finds no landing, and by how much; where the belly touches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from rollgait.footing.footing import FEET, Array
+from rollgait.footing.route import BaseWay, track_arcs
+from rollgait.robot.robot import LEG_NAMES
+from rollgait.terrain.regions import MARGIN, Regions
+
+Refusal = Callable[[], str]
+"""Why there is no way, as a sentence: made when it is asked for, as it may take a while."""
+
+STRIDE: Final = 3.0
+"""Longest way of a foot in the air, in half-lengths of its box: a whole box, and what the base goes on."""
+BELLY: Final = 0.45
+"""So high over the mean ground under the feet nothing may stand below the base, in heights of the CoM: half
+of CENTAURO's trunk hangs below its CoM, and it tilts."""
+BELLY_PLACES: Final = 7
+"""Places below the base along and across at which the ground is looked up."""
+BELLY_EVERY: Final = 5
+"""Every which place of a way is looked at: 5 cm apart."""
+FINDINGS: Final = 12
+"""How often an amount is halved: to less than a tenth of a millimetre."""
+
+
+def landing_refusal(
+    way: BaseWay, stance: Array, regions: Sequence[Regions], rise_max: float, stride: float
+) -> Refusal | None:
+    """Why the feet cannot get along a way; None if they can.
+
+    Args:
+        way: of the base.
+        stance: nominal places of the feet, base-yaw frame, (4, 2) or (4, 3), m.
+        regions: of the foot of each leg.
+        rise_max: highest step, m.
+        stride: longest step, m.
+    """
+    for leg in range(FEET):
+        track = way.foot(way.s, stance[leg])
+        found = track_arcs(regions[leg], track, way.s, rise_max)
+        if not len(found):
+            return partial(str, f"{LEG_NAMES[leg]} cannot stand at its first place {_place(track[0])} m")
+        index = np.searchsorted(way.s, found - 1e-12)
+        if found[-1, 1] < way.s[-1] - 1e-9:
+            return partial(_no_landing, leg, track[index[-1, 1] :], regions[leg], rise_max, stride)
+        for (_, leaves), (lands, _) in pairwise(index):
+            across = track[leaves : lands + 1]
+            if _too_high(across, regions[leg], rise_max) or _length(across) > stride:
+                return partial(_no_landing, leg, across, regions[leg], rise_max, stride)
+    return None
+
+
+def belly_refusal(
+    way: BaseWay, stance: Array, regions: Sequence[Regions], rise_max: float, height: float
+) -> Refusal | None:
+    """Why the base cannot go along a way; None if it can.
+
+    Args:
+        way: of the base, along which the feet can get.
+        stance: nominal places of the feet, base-yaw frame, (4, 2) or (4, 3), m.
+        regions: of the foot of each leg.
+        rise_max: highest step, m.
+        height: of the CoM over the ground, m.
+    """
+    s = np.unique(np.append(way.s[::BELLY_EVERY], way.s[-1]))
+    under = np.mean(
+        [_heights_under(way, s, stance[leg], regions[leg], rise_max) for leg in range(FEET)], axis=0
+    )
+    places = np.stack([way.foot(s, offset) for offset in below(stance)], axis=1)
+    ground = regions[0].terrain.height(places[..., 0], places[..., 1])
+    over = np.nan_to_num(ground - under[:, None], nan=-np.inf)
+    worst = np.unravel_index(int(np.argmax(over)), over.shape)
+    excess = float(over[worst]) - BELLY * height
+    if excess <= 0.0:
+        return None
+    return partial(
+        str,
+        f"the base cannot pass over {_place(places[worst])} m: the ground is {over[worst]:.2f} m higher there "
+        f"than under the feet, {excess:.2f} m more than fits below it",
+    )
+
+
+def _heights_under(way: BaseWay, s: Array, stance: Array, region: Regions, rise_max: float) -> Array:
+    """Of the ground under a foot at progress s, (n,), m: in the air it counts as if that rose evenly."""
+    found = track_arcs(region, way.foot(way.s, stance), way.s, rise_max)
+    stands = ((s[:, None] >= found[:, 0] - 1e-9) & (s[:, None] <= found[:, 1] + 1e-9)).any(axis=1)
+    return np.interp(s, s[stands], region.terrain.height(*way.foot(s[stands], stance).T))
+
+
+def below(stance: Array) -> Array:
+    """Places below the base, base-yaw frame, (n, 2), m: a grid in the rectangle of the feet."""
+    low, high = 0.9 * stance[:, :2].min(axis=0), 0.9 * stance[:, :2].max(axis=0)
+    x, y = (np.linspace(a, b, BELLY_PLACES) for a, b in zip(low, high, strict=True))
+    return np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+
+
+def _too_high(across: Array, region: Regions, rise_max: float) -> bool:
+    heights = region.terrain.height(*across.T)
+    return bool(np.nanmax(heights) - min(heights[0], heights[-1]) > rise_max)
+
+
+def _no_landing(leg: int, across: Array, region: Regions, rise_max: float, stride: float) -> str:
+    """The sentence for a foot that leaves the ground at the first of some places and finds none to land."""
+    heights = region.terrain.height(*across.T)
+    top = float(np.nanmax(heights) - heights[0])
+    here = heights - heights[0]
+    next_place = int(np.argmax(np.abs(np.nan_to_num(here, nan=np.inf)) > rise_max))
+    if np.isnan(heights).any() and np.isnan(heights[: max(1, next_place + 1)]).any():
+        reason = "the ground there is not known"
+    elif top > rise_max:
+        reason = f"the ground rises by {top:.2f} m there, {top - rise_max:.2f} m more than a leg steps up"
+    elif (short := _tread_short(across, region, rise_max, stride)) is not None:
+        reason = f"the tread is {100.0 * short:.0f} cm shorter than the {_foot(region)} needs"
+    elif (length := _length(across)) > stride:
+        reason = f"that is {length - stride:.2f} m more than a step"
+    else:
+        drop = float(np.nanmin(here))
+        reason = (
+            f"the ground falls by {-drop:.2f} m there, {-drop - rise_max:.2f} m more than a leg steps down"
+        )
+    return f"no landing between {_between(across)} for {LEG_NAMES[leg]}: {reason}"
+
+
+def _tread_short(across: Array, region: Regions, rise_max: float, stride: float) -> float | None:
+    """By how much the next tread is too short, m; None if there is none."""
+
+    step = _length(across) / max(1, len(across) - 1)
+    reached = across[1 : max(2, min(len(across) - 1, 1 + int(stride / max(step, 1e-9))))]
+    rise = region.terrain.height(*reached.T) - region.terrain.height(*across[0])
+    level = np.abs(rise) <= rise_max
+
+    def passes(margin: float) -> bool:
+        stands = replace(region, margin=margin).free(reached) & level
+        return bool(stands[int(np.argmin(stands)) :].any())  # not on the tread that it leaves
+
+    low, high = -region.surface.radius, MARGIN
+    if len(across) < 3 or not passes(low):
+        return None
+    for _ in range(FINDINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if passes(middle) else (low, middle)
+    return 2.0 * (MARGIN - low)
+
+
+def _foot(region: Regions) -> str:
+    return "wheel" if region.surface.radius > 0.0 else "foot"
+
+
+def _length(places: Array) -> float:
+    return float(np.linalg.norm(places[-1] - places[0]))
+
+
+def _between(places: Array) -> str:
+    a, b = places[0], places[-1]
+    change = np.abs(b - a)
+    for axis, name in enumerate("xy"):
+        if change[1 - axis] <= 0.02 + 0.1 * change[axis]:
+            return f"{name} = {a[axis]:.2f} and {b[axis]:.2f} m"
+    return f"{_place(a)} and {_place(b)} m"
+
+
+def _place(place: Array) -> list[float]:
+    return [round(float(c), 2) + 0.0 for c in place]
