@@ -2,9 +2,10 @@
 
     python benchmarks/random_worlds.py [--count 200] [--first 0] [--quick]
 
-A world has one to three features on the way: steps and blocks of 0.05 to 0.20 m, gaps of 0.15 to 0.40 m, ramps
-of up to 15°; edges oblique by up to 25°, blocks and holes also under one side alone; the goal turns by up to
-60°. World n is made from seed n alone. A refusal names its cause. Seconds are wall time, kernels compiled.
+A world has one to three features on the way: steps and blocks of 0.05 to 0.20 m, gaps of 0.15 to 0.40 m,
+ramps of up to 15°; edges oblique by up to 25°, blocks and holes also under one side alone; the goal turns by
+up to 60°. World n is made from seed n alone. A refusal names its cause. Seconds are wall time, kernels
+compiled.
 """
 
 from __future__ import annotations
@@ -190,8 +191,8 @@ def section(seeds: range) -> str:
     needs = sum(r.steps > 0 for r in done)
     text = (
         f"## Random worlds: the gait found\n\n{machine()}; load {before} before, {load()} after.\n"
-        f"{len(good)} of {len(done)} certified ({100.0 * len(good) / len(done):.0f} %), {first} of them by the first "
-        f"candidate; {needs} with steps.\n"
+        f"{len(good)} of {len(done)} certified ({100.0 * len(good) / len(done):.0f} %), {first} of them by "
+        f"the first candidate; {needs} with steps.\n"
     )
     for name, values in (("wall time", [r.seconds for r in done]), ("CPU time", [r.cpu for r in done])):
         text += f"{name}: median {np.median(values):.1f} s, 90 % {np.percentile(values, 90):.1f} s.\n"

@@ -171,7 +171,7 @@ class Attempts:
         )
 
     def run(self, starts: Iterator[InitialGuess], multistart: int) -> None:
-        """Solves from `multistart` starts at once, then one by one until one is solved: as many as the effort has."""
+        """Solves from `multistart` starts at once, then one by one until one is solved or all are tried."""
         first = list(islice(self._guesses(starts), multistart))
         self._side_by_side(first) if len(first) > 1 else self._in_turn(first)
         # a start may be the solution of another problem: it is made only when it is needed
@@ -180,7 +180,7 @@ class Attempts:
             self._in_turn([guess])
 
     def run_another(self, starts: Iterator[InitialGuess]) -> Attempt | None:
-        """Solves from one more start; None if there is none, if it is not solved, or as many are made as the effort has."""
+        """Solves from one more start; None if there is none, if it is not solved, or the effort is made."""
         guess = next(self._guesses(islice(starts, max(0, self._effort.starts - len(self.done)))), None)
         if guess is None:
             return None

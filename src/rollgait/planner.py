@@ -156,7 +156,7 @@ class Planner:
         effort: Effort,
         budget: Budget | None,
     ) -> Plan:
-        """The plan of a scenario whose gait is given; with a budget the reason is looked for if there is none."""
+        """The plan of a scenario whose gait is given; with a budget the reason is sought if it has none."""
         method = self._method
         with watch("build"):
             problem = make_problem(asked, self._terms)  # where it knows of no way, it says why itself

@@ -139,7 +139,8 @@ def test_a_tread_that_is_too_short_is_named_and_long_enough_when_it_is_lengthene
         return {"kind": "stairs", "x": 0.9, "steps": 3, "rise": 0.2, "tread": length}
 
     text = refusal(stairs(tread))
-    assert "the tread is" in text and "shorter than the wheel needs" in text
+    assert "the tread is" in text
+    assert "shorter than the wheel needs" in text
     short = float(text.split("the tread is ")[1].split(" cm")[0]) / 100.0
     assert candidates(world([stairs(tread + short + 0.011)], {"x": 3.4}), 1)
 

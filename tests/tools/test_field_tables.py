@@ -7,7 +7,13 @@ from rollgait.scenario.weights import Bounds, Weights
 
 def test_pages_are_fresh() -> None:
     pages = [page for page in DOCS.glob("*.md") if "<!-- keys of" in page.read_text(encoding="utf-8")]
-    assert {page.name for page in pages} == {"scenario.md", "robot.md", "terrain.md", "whole-body.md"}
+    assert {page.name for page in pages} == {
+        "scenario.md",
+        "robot.md",
+        "terrain.md",
+        "whole-body.md",
+        "discover.md",
+    }
     for page in pages:
         text = page.read_text(encoding="utf-8")
         assert filled(text) == text, "run: make docs"

@@ -29,9 +29,9 @@ def scenarios(as_json: AsJson = False) -> None:
         return
     rows = [("name", "horizon", "steps", "goal x, y, yaw", "description")]
     for name, s in found.items():
-        found = s.gait.kind == "discover"
-        steps = "found" if found else str(sum(1 for _ in s.schedule.swings()))
-        time = "found" if found else f"{s.horizon:g} s"
+        is_free = s.gait.kind == "discover"
+        steps = "found" if is_free else str(sum(1 for _ in s.schedule.swings()))
+        time = "found" if is_free else f"{s.horizon:g} s"
         goal = f"{s.goal.x:g} m, {s.goal.y:g} m, {s.goal.yaw_deg:g} deg"
         rows.append((name, time, steps, goal, s.description))
     print_table(rows, right=[1, 2], indent=0)

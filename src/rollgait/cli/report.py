@@ -51,7 +51,7 @@ def _print_discovery(plan: Plan) -> None:
     begin, end = (
         plan.sample(times[[getattr(s, node) for s in swings]]) for node in ("lift_off", "touch_down")
     )
-    rows = [("foot", "from", "to", "leaves x, y, z", "lands x, y, z")]
+    rows: list[tuple[str, ...]] = [("foot", "from", "to", "leaves x, y, z", "lands x, y, z")]
     for k, swing in enumerate(swings):
         places = [", ".join(f"{c:.2f}" for c in at.foot_position[k, swing.leg]) for at in (begin, end)]
         name = LEG_NAMES[swing.leg]

@@ -26,8 +26,8 @@ LOOK: Final = 0.05
 NEAR: Final = 0.2
 """So far from the goal the grid may end, m."""
 WORTH: Final = 0.25
-"""By so much a straight way may cost more than the way on the grid that it replaces, m: the grid has but eight
-directions."""
+"""By so much a straight way may cost more than the way on the grid that it replaces, m: the grid has but
+eight directions."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -50,7 +50,7 @@ def other_orders(crossings: Sequence[Crossing], near: float) -> Iterator[list[Cr
 
 
 def _hind_legs_apart(crossings: Sequence[Crossing]) -> list[Crossing] | None:
-    """Hind legs not one right after the other, as far as neighbours can change places; None if nothing can."""
+    """Hind legs not one right after the other, as far as neighbours can change places; None if none can."""
     result = list(crossings)
     kinds = [(is_hind, len(list(run))) for is_hind, run in groupby(result, key=lambda c: c.leg >= 2)]
     if all(count < 2 for is_hind, count in kinds if is_hind):

@@ -1,4 +1,4 @@
-"""Where the whole robot can be, on a grid: four feet on ground that they roll on or step over, and the belly."""
+"""Where the whole robot can be, on a grid: feet on ground that they roll on or step over, and the belly."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class FootGrid:
     def at(self, places: Array) -> NDArray[np.intp]:
         """The labels at places (…, 2); `NOWHERE` off the grid."""
         cell = np.round((places - self.low) / CELL).astype(np.intp)
-        inside = ((cell >= 0) & (cell < self.label.shape)).all(axis=-1)
+        inside = np.asarray(((cell >= 0) & (cell < self.label.shape)).all(axis=-1))
         kept = np.where(inside[..., None], cell, 0)
         return np.where(inside, self.label[kept[..., 0], kept[..., 1]], NOWHERE)
 

@@ -1,4 +1,4 @@
-"""What forbids a way, in a sentence: where a foot finds no landing, and by how much; where the belly touches."""
+"""What forbids a way, in a sentence: where a foot finds no landing, by how much; where the belly touches."""
 
 from __future__ import annotations
 
@@ -83,8 +83,8 @@ def belly_refusal(
         return None
     return partial(
         str,
-        f"the base cannot pass over {_place(places[worst])} m: the ground is {over[worst]:.2f} m higher there "
-        f"than under the feet, {excess:.2f} m more than fits below it",
+        f"the base cannot pass over {_place(places[worst])} m: the ground is {over[worst]:.2f} m higher "
+        f"there than under the feet, {excess:.2f} m more than fits below it",
     )
 
 
@@ -115,10 +115,10 @@ def _no_landing(leg: int, across: Array, region: Regions, rise_max: float, strid
     next_place = int(np.argmax(np.abs(np.nan_to_num(here, nan=np.inf)) > rise_max))
     if np.isnan(heights).any() and np.isnan(heights[: max(1, next_place + 1)]).any():
         reason = "the ground there is not known"
-    elif top > rise_max:
-        reason = f"the ground rises by {top:.2f} m there, {top - rise_max:.2f} m more than a leg steps up"
     elif (short := _tread_short(across, region, rise_max, stride)) is not None:
         reason = f"the tread is {100.0 * short:.0f} cm shorter than the {_foot(region)} needs"
+    elif top > rise_max:
+        reason = f"the ground rises by {top:.2f} m there, {top - rise_max:.2f} m more than a leg steps up"
     elif (length := _length(across)) > stride:
         reason = f"that is {length - stride:.2f} m more than a step"
     else:

@@ -1,7 +1,7 @@
 """Gaits for robots on wheels that can be steered: they roll, and step where their tracks leave the ground.
 
-The straight way is the first that is looked at. Ways around, to the side, and with another yaw of the base are
-further ones; each is taken at several paces, and its steps in several orders.
+The straight way is the first that is looked at. Ways around, to the side, and with another yaw of the base
+are further ones; each is taken at several paces, and its steps in several orders.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ class _Rolling:
         return Way(name, poses, base, crossings(base, stance, self.regions, self.rise))
 
     def around(self, is_straight: bool) -> Iterator[Way]:
-        """Ways around what is in the way: with no step at all, and where there is no straight one, with some."""
+        """Ways around: with no step at all, and where there is no straight one, with some."""
         for steps in (False,) if is_straight else (False, True):
             for room in ROOMS:
                 poses = self.detour(room, steps)

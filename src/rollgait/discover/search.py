@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
@@ -59,7 +60,7 @@ def discover(scenario: Scenario, plan_one: PlanOne) -> Plan:
         task = f"gait {number} of at most {most}, {candidate.name}"
         plan: Plan | None
         try:
-            plan = plan_one(asked, task, until)
+            plan = plan_one(asked, task, until if results else math.inf)
             outcome = outcome_of(plan)
         except NotSolvedError as error:
             plan, outcome = error.plan, str(error)

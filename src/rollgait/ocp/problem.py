@@ -139,8 +139,8 @@ def make_problem(
         schedule: the contacts, on another mesh than the scenario's own.
 
     Raises:
-        InputError: the scenario contradicts itself or its gait is yet to be found, a name is there twice, `bounds.without` names no term, or
-            the schedule has another horizon.
+        InputError: the scenario contradicts itself, its gait is yet to be found, a name is there twice,
+            `bounds.without` names no term, or the schedule has another horizon.
         NotSolvedError: on the ground a foot has no place to stand.
     """
     if scenario.gait.kind == "discover":

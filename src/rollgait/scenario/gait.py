@@ -188,7 +188,7 @@ class Search(Config):
     candidates: StepCount = 12
     """How many gaits are planned at most: so much work, the same plan for the same input."""
     seconds: Positive = 10.0
-    """After which the search is cut, s of wall time; the message says so."""
+    """After which no further gait is tried, s of wall time; the message says so."""
 
 
 class Reserves(Config):

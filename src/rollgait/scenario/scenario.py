@@ -32,7 +32,6 @@ from rollgait.scenario.weights import Bounds, Weights
 from rollgait.terrain.ground import Ground
 from rollgait.terrain.terrain import Terrain
 
-
 LONGEST: Final = 120.0
 """s: the horizon of a gait that is to be found, where none is given; a longer motion is several."""
 
