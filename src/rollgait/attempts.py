@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 
 import numpy as np
@@ -32,6 +32,9 @@ FALLBACKS = 4
 """Starts that are tried before a problem is given up."""
 
 
+AGAIN = 40
+"""Iterations for a problem that is nearly the same as one that was solved: it takes about 20 if it does not
+stall."""
 PATIENCE = 8.0
 """s, after which no further attempt is made to turn a solution into one whose certificate passes."""
 
@@ -51,6 +54,12 @@ class Effort:
     rounds: int = ROUNDS
     patience: float = PATIENCE
     limits: Limits = field(default_factory=lambda: UNLIMITED)
+
+    @property
+    def again(self) -> Effort:
+        """For a problem that is nearly the same as one that was solved: two starts, each soon at its end."""
+        most = min(AGAIN, self.limits["iterations"] or AGAIN)
+        return replace(self, starts=2, limits=Limits(until=self.limits["until"], iterations=most))
 
 
 USUAL = Effort()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -203,8 +203,8 @@ class Planner:
                 again = Ready(self._method, around)
             if again.transcribed.nlp.contradictions:
                 break
-            attempts = Attempts(again, saying("fitting to the ground", progress), watch, effort)
-            attempts.run(iter([InitialGuess(best.start.name, partial(_the, motion), warm=True)]), 1)
+            attempts = Attempts(again, saying("fitting to the ground", progress), watch, effort.again)
+            attempts.run(_again(best.start.name, partial(_the, motion)), 1)
             if not attempts.solved:
                 break
             result = Settled(again, attempts.best, result.rounds + 1, result.iterations)
@@ -264,9 +264,9 @@ class Planner:
             ready = Ready(self._method, finer_problem)
         if ready.transcribed.nlp.contradictions:
             return None
-        attempts = Attempts(ready, progress, watch, effort)
+        attempts = Attempts(ready, progress, watch, effort.again)
         name = f"{plan.statistics.start}, finer mesh".replace(", finer mesh, finer mesh", ", finer mesh")
-        attempts.run(iter([InitialGuess(name, lambda: from_plan(finer_problem, plan), warm=True)]), 1)
+        attempts.run(_again(name, lambda: from_plan(finer_problem, plan)), 1)
         if not attempts.solved:
             return None
         settled = self._settled(ready, attempts.best, watch, progress, effort)
@@ -323,6 +323,12 @@ class Settled:
         """The motion that it means."""
         trajectory = self.ready.transcribed.decode(self.best.solution.w)
         return lambda times: trajectory.sample(times, self.ready.problem.robot)
+
+
+def _again(name: str, motion: Callable[[], MotionGuess]) -> Iterator[InitialGuess]:
+    """Starts from the motion of nearly the same problem: warm; where that stalls, as from any guess."""
+    yield InitialGuess(name, motion, warm=True)
+    yield InitialGuess(name, motion)
 
 
 def _the(motion: MotionGuess) -> MotionGuess:
