@@ -14,6 +14,7 @@ from rollgait.discover.candidate import Candidate
 from rollgait.discover.proposers import PROPOSERS
 from rollgait.discover.reserves import driving
 from rollgait.errors import InputError, NotSolvedError, shortened
+from rollgait.footing.on_terrain import poses_of
 from rollgait.plan.plan import CandidateResult, Plan
 from rollgait.scenario.gait import Discover
 from rollgait.scenario.scenario import Scenario
@@ -22,6 +23,8 @@ ITERATIONS: Final = 80
 """Of the solver for each solve of a candidate: who needs more mostly gets nowhere."""
 MENDINGS: Final = 3
 """Looks of the judge at a candidate: one that is not mended at once is worse than the next."""
+DIGITS: Final = 4
+"""Of places, m."""
 OUTCOME: Final = 200
 """Longest outcome that is kept, characters."""
 
@@ -120,7 +123,27 @@ def _result(candidate: Candidate, asked: Scenario, plan: Plan | None, outcome: s
     steps = sum(1 for _ in asked.schedule.swings())
     iterations = 0 if plan is None else plan.statistics.iterations
     text = shortened("".join(c if c.isprintable() else " " for c in outcome), OUTCOME)
-    return CandidateResult(candidate.name, candidate.score, asked.horizon, steps, text, iterations)
+    poses = poses_of(asked)
+    return CandidateResult(
+        candidate.name,
+        candidate.score,
+        asked.horizon,
+        steps,
+        text,
+        iterations,
+        way=tuple((round(float(x), DIGITS), round(float(y), DIGITS)) for x, y, _ in poses),
+        footholds=() if plan is None or not plan.solved else _footholds(plan),
+    )
+
+
+def _footholds(plan: Plan) -> tuple[tuple[float, float], ...]:
+    """Where its feet land, (x, y), m, in the order of the landings."""
+    swings = sorted(plan.schedule.swings(), key=lambda swing: swing.touch_down)
+    if not swings:
+        return ()
+    at = plan.sample(plan.schedule.node_times[[swing.touch_down for swing in swings]])
+    places = (at.foot_position[k, swing.leg] for k, swing in enumerate(swings))
+    return tuple((round(float(x), DIGITS), round(float(y), DIGITS)) for x, y, _ in places)
 
 
 def _nothing(results: Sequence[CandidateResult], gait: Discover, is_cut: bool) -> str:

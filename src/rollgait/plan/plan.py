@@ -61,6 +61,8 @@ class CandidateResult:
         steps: swings that it has.
         outcome: `certified`, or why not.
         iterations: of the solver.
+        way: of the base as it was meant, (x, y) from pose to pose, m.
+        footholds: where feet would land, (x, y), m; none if no motion was found.
     """
 
     name: Line
@@ -69,6 +71,8 @@ class CandidateResult:
     steps: int
     outcome: Line
     iterations: int = 0
+    way: tuple[tuple[float, float], ...] = ()
+    footholds: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """What is asked: scenarios, gaits, ground, weights and bounds."""
 
-from rollgait.scenario.gait import Crawl, Drive, Pace, Schedule, Trot, Walk
+from rollgait.scenario.gait import Crawl, Discover, Drive, Pace, Schedule, Trot, Walk
 from rollgait.scenario.library import find_scenario, scenario_names
 from rollgait.scenario.mesh import Mesh
 from rollgait.scenario.scenario import Goal, LaterGoal, Scenario, Start
@@ -11,6 +11,7 @@ __all__ = [
     "Bounds",
     "ContactSchedule",
     "Crawl",
+    "Discover",
     "Drive",
     "Goal",
     "LaterGoal",

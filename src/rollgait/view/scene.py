@@ -8,6 +8,7 @@ from viser import SceneApi
 
 from rollgait.view.clip import Clip
 from rollgait.view.layers.contact import Cones, Forces, Headings, Support
+from rollgait.view.layers.discovery import FootholdRegions, GaitsInVain
 from rollgait.view.layers.goal import StartAndGoal
 from rollgait.view.layers.ground import Ground
 from rollgait.view.layers.layer import SOLID, Layer, Look
@@ -27,6 +28,8 @@ LAYERS: Final[tuple[type[Layer], ...]] = (
     Cones,
     Support,
     Headings,
+    FootholdRegions,
+    GaitsInVain,
 )
 """Every layer, in the order of the switches."""
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import viser
 
+from rollgait.diagnosis.report import Diagnosis
 from rollgait.errors import RollgaitError
 from rollgait.plan.plan import Plan
 from rollgait.tracking import JointTrajectory
@@ -52,7 +53,7 @@ class Viewer:
         self.url = self.server.url
         self._lock = threading.RLock()
         self._opening = threading.Lock()
-        self._count = 0
+        self._count, self._again = 0, False
         self.scene: Scene | None = None
         self.ghost: Scene | None = None
         self.timeline = Timeline(clip.horizon, self._follow)
@@ -223,22 +224,32 @@ class Viewer:
             self.panel.done(str(error), good=False)
             return
         if self.planning.plan(scenario.to_yaml()):
-            self.panel.busy()
+            self.panel.busy(scenario)
+        else:
+            self._again = True  # as soon as the task before is done
 
     def _progressed(self, progress: SolvingProgress) -> None:
         self.panel.progress(progress)
 
     def _planned(self, outcome: Outcome) -> None:
-        if outcome.file is None:
+        again, self._again = self._again, False
+        if again:  # the goal was moved on while it was planned
+            self.plan()
+        elif outcome.file is None:
             self.panel.done(outcome.message, good=False, diagnosis=outcome.diagnosis)
-            return
-        plan = Plan.load(outcome.file)
+        else:
+            self._show_planned(Plan.load(outcome.file), outcome.diagnosis)
+
+    def _show_planned(self, plan: Plan, diagnosis: Diagnosis | None) -> None:
         clip = clip_of_plan(plan, "planned here")
         before = self.clip if self.panel.keep.value else None
         self.show(clip, before)
         seconds = plan.statistics.solve_time
         said = f"solved in {seconds:.2g} s, {clip.verdict}"
-        self.panel.done(said, clip.passed, outcome.diagnosis)
+        if plan.statistics.discovery:
+            steps = sum(1 for _ in plan.schedule.swings())
+            said = f"{steps} steps found; {said}" if steps else f"no steps needed; {said}"
+        self.panel.done(said, clip.passed, diagnosis)
         self.timeline.play()
 
     def _track(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import threading
 from collections.abc import Callable
 from html import escape
@@ -12,7 +13,7 @@ import viser
 
 from rollgait.diagnosis.report import Diagnosis, Suggestion
 from rollgait.errors import RollgaitError, UnknownNameError
-from rollgait.scenario import Crawl, Pace, Scenario, Trot, Walk, find_scenario, scenario_names
+from rollgait.scenario import Crawl, Discover, Pace, Scenario, Trot, Walk, find_scenario, scenario_names
 from rollgait.view.clip import Clip
 from rollgait.view.layers.goal import pad
 from rollgait.view.layers.layer import rgb, segments, single
@@ -24,12 +25,15 @@ from rollgait.view.solving import SolvingProgress
 from rollgait.view.style import GOAL_COLOUR
 
 THE_SHOWN: Final = "the one shown"
+DISCOVER: Final = str(Discover.model_fields["kind"].default)
 STEPS: Final = {
     str(gait.model_fields["kind"].default): int(gait.model_fields["steps"].default)
     for gait in (Crawl, Walk, Trot, Pace)
 }
 """Gaits that are told by a number of steps, and how many by default."""
-GAITS: Final = ("drive", "crawl", "crawl, wheels locked", "walk", "trot", "pace")
+GAITS: Final = ("drive", "crawl", "crawl, wheels locked", "walk", "trot", "pace", DISCOVER)
+HORIZON_MAX: Final = 120.0
+"""s"""
 SIX: Final = ("acc", "goal", "force", "feet", "speed", "yaw")
 """The paper's weights."""
 GIZMO: Final = "/goal"
@@ -53,13 +57,17 @@ class PlanningPanel:
         self._lock = threading.RLock()
         self._base: Scenario | None = None
         self._shown: Scenario | None = None
+        self._asked: Scenario | None = None
+        self._on_plan = on_plan
         self.picker: Any = gui.add_dropdown("scenario", tuple(scenario_names()))
         self.goal: Any = gui.add_vector3(
             "goal", (0.0, 0.0, 0.0), step=0.01, hint="x (m), y (m), yaw (degrees); or drag it on the ground"
         )
         self.gait: Any = gui.add_dropdown("gait", GAITS)
         self.steps: Any = gui.add_number("steps", 8, min=1, max=100, step=1)
-        self.horizon: Any = gui.add_number("horizon (s)", 10.0, min=0.5, max=120.0, step=0.5)
+        self.horizon: Any = gui.add_number(
+            "horizon (s)", 10.0, min=0.5, max=HORIZON_MAX, step=0.5, hint="longest one, with discover"
+        )
         with gui.add_folder("weights", expand_by_default=False):
             self.weights: dict[str, Any] = {
                 name: gui.add_number(name, 1.0, min=0.0, step=1e-6) for name in SIX
@@ -84,6 +92,9 @@ class PlanningPanel:
     def build(self, clip: Clip) -> None:
         """Begins with the scenario of a clip, or with the first of the library."""
         self._shown = None if clip.plan is None else clip.plan.scenario
+        if clip.plan is not None and clip.plan.statistics.discovery and self._asked is not None:
+            self._shown = self._asked  # the next goal is to have a gait of its own, too
+        self._asked = None
         names = tuple(scenario_names())
         self.picker.options = names if self._shown is None else (THE_SHOWN, *names)
         self._clip = clip
@@ -123,8 +134,8 @@ class PlanningPanel:
         values: dict[str, Any] = {}
         for key, value in zip(("goal.x", "goal.y", "goal.yaw_deg"), self.goal.value, strict=True):
             values[key] = round(float(value), 4)
-        values["horizon"] = float(self.horizon.value)
         values |= self._gait_values(base)
+        values["horizon"] = float(self.horizon.value)
         for weight, handle in self.weights.items():
             if float(handle.value) != float(base.value_of("weights", weight) or 0.0):
                 values[f"weights.{weight}"] = float(handle.value)
@@ -136,7 +147,9 @@ class PlanningPanel:
         return str(self.gait.value).partition(",")[0]
 
     def _usual_steps(self) -> None:
-        """Another gait begins with its own number of steps."""
+        """Another gait begins with its own number of steps; one that is to be found may take its time."""
+        if self._kind == DISCOVER:
+            self.horizon.value = HORIZON_MAX
         self.steps.value = STEPS.get(self._kind, self.steps.value)
 
     def _gait_values(self, base: Scenario) -> dict[str, Any]:
@@ -161,8 +174,9 @@ class PlanningPanel:
 
     # -- state of the button --
 
-    def busy(self, text: str = "building the problem …") -> None:
-        """Says that a task runs."""
+    def busy(self, asked: Scenario, text: str = "building the problem …") -> None:
+        """Says that a scenario is being planned."""
+        self._asked = asked
         self.button.disabled, self.cancel.visible = True, True
         self._diagnosis.show(None)
         self._say(text, "#666666")
@@ -217,6 +231,9 @@ class PlanningPanel:
         yaw = float(np.degrees(2.0 * np.arctan2(z, w)))
         turns = round((self.goal.value[2] - yaw) / 360.0)  # a full turn stays one
         self.goal.value = (round(float(x), 3), round(float(y), 3), round(yaw + 360.0 * turns, 1))
+        if event.phase == "end" and self._kind == DISCOVER:
+            # who drags the goal over the ground wants to see how to get there
+            asyncio.get_running_loop().run_in_executor(None, self._on_plan)
 
     def _fit(self) -> None:
         """Shows the number of steps only where there are steps."""
