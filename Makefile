@@ -3,7 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
-DEMO := hybrid-forward
+DEMO := kerb-discover
 # Two workers: the tests that plan are bound by memory as much as by cores.
 WORKERS ?= 2
 
@@ -13,7 +13,7 @@ WORKERS ?= 2
 help: ## Say what there is.
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 16
 
-demo: $(READY) ## Plan CENTAURO's hybrid motion into out/, with its figures; let the whole body execute it in MuJoCo.
+demo: $(READY) ## Find how CENTAURO drives to a kerb, steps up and drives on; draw it; execute it in MuJoCo. Writes out/.
 	@mkdir -p out
 	@$(BIN)/rollgait plan $(DEMO) --out out/$(DEMO).npz
 	@$(BIN)/rollgait plot out/$(DEMO).npz --out out/$(DEMO)-figures
