@@ -22,7 +22,7 @@ SHORTEST: Final = 0.01
 """s; an interval of half this length or less is not cut: between its nodes nothing moves by a millimetre."""
 NEIGHBOURS: Final = 1
 """Intervals on both sides that are cut along: what fails in one is decided at its nodes."""
-AT_THE_ENDS: Final = ("start_", "end_", "goal_", "schedule", "mesh", "finite")
+AT_NODES: Final = ("start_", "end_", "goal_", "schedule", "mesh", "finite", "swing_clearance")
 """How the names of rows begin that no finer mesh can mend."""
 
 
@@ -57,6 +57,6 @@ def mendable(certificate: Certificate) -> list[float]:
     return [
         time
         for row in certificate.failures
-        if not row.name.startswith(AT_THE_ENDS)
+        if not row.name.startswith(AT_NODES)
         for time in (row.failing or ((row.time,) if row.time is not None else ()))
     ]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import rollgait as rg
+from rollgait.discover.search import discover
 from rollgait.errors import InputError, NotSolvedError
 from rollgait.ocp.problem import make_problem
 from rollgait.solvers import Iteration
@@ -83,12 +84,21 @@ def test_a_closed_wall_is_refused(planner: rg.Planner) -> None:
         planner.plan(world([WALL], {"x": 3.0}))
 
 
-def test_where_the_search_is_cut_the_sentence_says_so(planner: rg.Planner) -> None:
+def test_where_the_search_is_cut_the_sentence_says_so() -> None:
     cut = {"kind": "discover", "search": {"seconds": 1e-6}}
+
+    def fails(scenario: rg.Scenario, task: str, until: float) -> rg.Plan:
+        raise NotSolvedError("it does not converge")
+
     with pytest.raises(
         NotSolvedError, match=r"one gait was tried until gait\.search\.seconds = 1e-06 were over"
     ):
-        planner.plan(world([STEP], {"x": 2.2}, gait=cut))
+        discover(world([STEP], {"x": 2.2}, gait=cut), fails)
+    few = {"kind": "discover", "search": {"candidates": 3, "seconds": 600.0}}
+    with pytest.raises(
+        NotSolvedError, match=r": 3 gaits were tried; the first one \(as it comes\): it does not"
+    ):
+        discover(world([STEP], {"x": 2.2}, gait=few), fails)
 
 
 def test_a_problem_of_a_gait_yet_to_be_found_is_refused() -> None:

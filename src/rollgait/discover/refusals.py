@@ -27,6 +27,8 @@ BELLY_PLACES: Final = 7
 """Places below the base along and across at which the ground is looked up."""
 BELLY_EVERY: Final = 5
 """Every which place of a way is looked at: 5 cm apart."""
+EDGE: Final = 0.02
+"""Rises by more than this from one place to the next, 1 cm on, are edges, m."""
 FINDINGS: Final = 12
 """How often an amount is halved: to less than a tenth of a millimetre."""
 
@@ -115,8 +117,9 @@ def _no_landing(leg: int, across: Array, region: Regions, rise_max: float, strid
     next_place = int(np.argmax(np.abs(np.nan_to_num(here, nan=np.inf)) > rise_max))
     if np.isnan(heights).any() and np.isnan(heights[: max(1, next_place + 1)]).any():
         reason = "the ground there is not known"
-    elif (short := _tread_short(across, region, rise_max, stride)) is not None:
-        reason = f"the tread is {100.0 * short:.0f} cm shorter than the {_foot(region)} needs"
+    elif (tread := _short_tread(across, region, rise_max, stride)) is not None:
+        across = across[: tread[1] + 1]
+        reason = f"the tread is {np.ceil(100.0 * tread[0]):.0f} cm shorter than the {_foot(region)} needs"
     elif top > rise_max:
         reason = f"the ground rises by {top:.2f} m there, {top - rise_max:.2f} m more than a leg steps up"
     elif (length := _length(across)) > stride:
@@ -129,17 +132,16 @@ def _no_landing(leg: int, across: Array, region: Regions, rise_max: float, strid
     return f"no landing between {_between(across)} for {LEG_NAMES[leg]}: {reason}"
 
 
-def _tread_short(across: Array, region: Regions, rise_max: float, stride: float) -> float | None:
-    """By how much the next tread is too short, m; None if there is none."""
-
+def _short_tread(across: Array, region: Regions, rise_max: float, stride: float) -> tuple[float, int] | None:
+    """By how much the next tread is too short, m, and the number of its last place; None if there is none."""
     step = _length(across) / max(1, len(across) - 1)
-    reached = across[1 : max(2, min(len(across) - 1, 1 + int(stride / max(step, 1e-9))))]
+    reached = across[: max(2, min(len(across) - 1, 1 + int(stride / max(step, 1e-9))))]
     rise = region.terrain.height(*reached.T) - region.terrain.height(*across[0])
-    level = np.abs(rise) <= rise_max
+    level = (np.abs(rise) <= rise_max) & ~np.logical_or.accumulate(rise > rise_max)
+    level &= np.append(False, np.logical_or.accumulate(np.abs(np.diff(rise)) > EDGE))  # beyond an edge
 
     def passes(margin: float) -> bool:
-        stands = replace(region, margin=margin).free(reached) & level
-        return bool(stands[int(np.argmin(stands)) :].any())  # not on the tread that it leaves
+        return bool((replace(region, margin=margin).free(reached) & level).any())
 
     low, high = -region.surface.radius, MARGIN
     if len(across) < 3 or not passes(low):
@@ -147,7 +149,7 @@ def _tread_short(across: Array, region: Regions, rise_max: float, stride: float)
     for _ in range(FINDINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if passes(middle) else (low, middle)
-    return 2.0 * (MARGIN - low)
+    return 2.0 * (MARGIN - low), int(np.flatnonzero(level)[-1])
 
 
 def _foot(region: Regions) -> str:
