@@ -165,7 +165,7 @@ def test_a_step_is_carried_out_as_planned(loop: ClosedLoop, step: rg.Plan) -> No
 
 
 def test_who_is_pushed_off_waits_and_goes_on(loop: ClosedLoop, step: rg.Plan, onward: rg.Plan) -> None:
-    push = TimedPush(at=2.6, force=(0.0, 300.0, 0.0), duration=0.2)
+    push = TimedPush(at=2.6, force=(0.0, 450.0, 0.0), duration=0.2)
     found = execute([step, onward], loop, pushes=[push])
     assert_near(found, holds=None)
     assert found.report.holds >= 1

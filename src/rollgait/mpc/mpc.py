@@ -47,6 +47,7 @@ from rollgait.transcription.nlp import Nlp
 if TYPE_CHECKING:
     from rollgait.mpc.ground.terrain import TerrainGround
     from rollgait.mpc.plans.follower import PlanFollower, Progress
+    from rollgait.mpc.plans.wanted import Wanted
     from rollgait.plan.plan import Plan
 
 log = logging.getLogger("rollgait")
@@ -155,7 +156,7 @@ class Mpc:
         self._plans: PlanFollower | None = None
         self._follows_from_next = False
         self._own_bounds = self.settings.bounds
-        self._lead: tuple[Array, Array] | None = None
+        self._wanted: Wanted | None = None
 
     def _build(self, ground: LevelGround | TerrainGround) -> None:
         """The problem on some kind of ground, its solver, and who fills its numbers in."""
@@ -428,7 +429,7 @@ class Mpc:
         else:
             wanted = self._plans.wanted(state, elapsed, fill.count, fill.interval)
             reference = wanted.reference
-        self._lead = None if wanted is None else wanted.lead
+        self._wanted = wanted
         fill.put_reference(reference)
         layout = self._problem.layout.node
         xy = it.states[:, layout["xy"]].reshape(-1, 4, 2)
@@ -496,10 +497,11 @@ class Mpc:
         period, it, fill = self.settings.period, self._iterate, self._fill
         contact = self.clock.contact(state.time)
         xy = state.foot_position[:, :2]
-        normals = fill.ground.normals(contact, xy)
+        normals, touch = fill.ground.normals(contact, xy), fill.ground.touch(contact, xy, state.heading)
         tilt = fill.ground.tilt(xy, float(state.euler[0])) if self._stands else (0.0, 0.0)
         if self._stands:
-            force, motion = self._standing.inputs(state, contact, previous, tilt, normals)
+            offset = 0.0 if touch is None else touch[0]
+            force, motion = self._standing.inputs(state, contact, previous, tilt, normals, offset)
         else:
             force, motion = first_inputs(
                 it,
@@ -511,7 +513,7 @@ class Mpc:
                 period,
                 previous,
                 normals,
-                self._lead,
+                self._wanted,
             )
         it.previous[:12] = force.ravel() / fill.robot.weight
         it.previous[12:] = motion[:, 0]
@@ -519,7 +521,6 @@ class Mpc:
         if self._stands:
             end = self._standing.settle(end, period, tilt)
             it.rest(self._model.node(end))
-        touch = fill.ground.touch(contact, xy, state.heading)
         return Control(state, end, force, motion, contact, *(touch or ()))
 
     def _take_robot(self, robot: Robot) -> None:

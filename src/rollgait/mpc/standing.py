@@ -38,6 +38,7 @@ class Standing:
         previous: Control | None,
         tilt: tuple[float, float] = (0.0, 0.0),
         normals: Array = UP,
+        contact_offset: Array | float = 0.0,
     ) -> tuple[Array, Array]:
         """Forces (4, 3) and motions (4, 2) of the next period: braking, and forces that carry the weight.
 
@@ -47,6 +48,7 @@ class Standing:
             previous: the control before, if there was one.
             tilt: pitch and roll that the ground asks of the base, rad.
             normals: of the ground under the feet, (4, 3).
+            contact_offset: from the feet to where the forces act, (4, 3), m.
         """
         before = previous.motion[:, 0] if previous is not None else np.zeros(4)
         slower = np.maximum(
@@ -56,7 +58,8 @@ class Standing:
         motion[:, 0] = np.sign(before) * slower
         heading = state.heading
         rolling = np.mean(motion[:, 0] * np.array([np.cos(heading), np.sin(heading)]), axis=1)
-        return self._forces(state, contact, rolling, tilt, normals), motion
+        touch = state.foot_position + contact_offset
+        return self._forces(state, contact, rolling, tilt, normals, touch), motion
 
     def _forces(
         self,
@@ -65,14 +68,15 @@ class Standing:
         rolling: Array,
         tilt: tuple[float, float],
         normals: Array,
+        touch: Array,
     ) -> Array:
         """Forces of the feet that stand: they carry the robot, stop it over them and right it, (4, 3), N."""
         force, stands, robot = np.zeros((4, 3)), np.flatnonzero(contact), self._robot
         if not stands.size:
             return force
-        lever = state.foot_position[stands] - state.com_position
+        lever = touch[stands] - state.com_position
         falling = np.append(state.com_velocity[:2] - rolling, state.com_velocity[2])
-        low = -float(lever[:, 2].mean()) - robot.height
+        low = float((state.com_position - state.foot_position[stands].mean(axis=0))[2]) - robot.height
         acceleration = -DAMPING * falling + np.array([0.0, 0.0, GRAVITY - STIFFNESS * low])
         yaw_rate, pitch_rate, roll_rate = state.euler_rate
         pitch, roll = state.euler[1] - tilt[0], state.euler[2] - tilt[1]

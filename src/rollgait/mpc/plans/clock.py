@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.mpc.clock import GaitClock, TimedSwing
+from rollgait.mpc.clock import FEET, GaitClock, TimedSwing
 from rollgait.mpc.gaits import CyclicGait
 from rollgait.mpc.plans.path import PlanPath, PlanSwing
 
@@ -24,6 +24,7 @@ EARLY_HEIGHT: Final = 0.01
 lifts end flat, and their last centimetres of way would be lost."""
 LATE_MAX: Final = 0.15
 """So long a foot is waited for that has not found the ground where it should be, s."""
+_SOON: Final = 1e-9
 SINK_RATE: Final = 0.05
 """With which it is let down meanwhile, m/s."""
 
@@ -115,6 +116,13 @@ class PlanClock(GaitClock):
             for swing in self.path.swings
             if begin < origin + swing.lift_off <= end
         ]
+
+    def waiting(self, time: float) -> NDArray[np.bool_]:
+        """Feet that should have landed and have not, (4,)."""
+        result = np.zeros(FEET, dtype=bool)
+        for swing in self.swings(time, time + _SOON):
+            result[swing.leg] |= isinstance(swing, FollowedSwing) and swing.waited > 0.0
+        return result
 
     def landed(self, leg: int) -> PlanSwing | None:
         """The swing of a leg that has ended last; None if there was none lately."""

@@ -225,6 +225,7 @@ class PlanFollower:
         pose = np.vstack([rows.com_position.T, rows.euler[:, 0]])
         rate = np.vstack([rows.com_velocity.T, rows.euler_rate[:, 0]])
         # at another pace than planned the forces are those of the plan's own
+        waits = self.clock.waiting(state.time)
         own_edges: Array = np.asarray(edges if rate.min() == 1.0 else s + steps)
         force, motion = self.path.means(own_edges)
         now_force, now_motion = self.path.means(s + np.array([0.0, min(self._period, interval)]))
@@ -241,6 +242,7 @@ class PlanFollower:
             com_position=rows.com_position,
             in_air=in_air,
             force=force,
+            goes_on=~waits,
             lead=(now_force[0] - force[0], self._rate * (now_motion[0] - motion[0])),
         )
 
@@ -265,6 +267,7 @@ class PlanFollower:
             com_position=rows.com_position,
             in_air=np.zeros((count + 1, 4), dtype=bool),
             force=np.broadcast_to(self.path.static_force(s), (count, 4, 3)),
+            goes_on=np.ones(4, dtype=bool),
             lead=(np.zeros((4, 3)), np.zeros((4, 2))),
             rests=rests,
         )
