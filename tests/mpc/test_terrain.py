@@ -7,6 +7,8 @@ import pytest
 
 from rollgait.angles import turned
 from rollgait.mpc.command import VelocityCommand
+from rollgait.mpc.ground.around import GroundAround
+from rollgait.mpc.ground.raster import SLOPE as SLOPE_OF
 from rollgait.mpc.mpc import Mpc
 from rollgait.mpc.plants.rigid import RigidPlant
 from rollgait.plant.stance import standing_state
@@ -103,3 +105,37 @@ def test_rolling_wheels_of_a_stepping_gait_stay_off_a_kerb(walker: Mpc) -> None:
         plant.step(control)
         standing = plant.state.foot_position[control.contact]
         assert (standing[:, 2] < 0.02).all() or (standing[:, 0] > 0.45).any()
+
+
+def test_a_robot_that_stands_after_a_fault_stays_as_the_slope_has_it(walker: Mpc) -> None:
+    terrain = ramp()
+    walker.reset("drive")
+    walker.set_ground(terrain)
+    plant = RigidPlant(walker.robot, standing_state(walker.robot, terrain=terrain), terrain=terrain)
+    wanted = plant.state.euler[1]
+    assert abs(wanted) > np.radians(3.0)
+    plant.step(walker.step(plant.state, VelocityCommand())[0])
+    walker.stop("a test")
+    for _ in range(150):
+        plant.step(walker.step(plant.state, VelocityCommand())[0])
+    assert plant.state.euler[1] == pytest.approx(wanted, abs=np.radians(0.3))
+    assert np.hypot(*plant.state.com_velocity[:2]) < 0.02
+
+
+def test_a_control_on_a_slope_has_its_forces_at_the_true_contact(walker: Mpc) -> None:
+    terrain = ramp()
+    walker.reset("drive")
+    walker.set_ground(terrain)
+    state = standing_state(walker.robot, terrain=terrain)
+    control, _ = walker.step(state, FORWARD)
+    touch = WheelSurface(terrain, 0.124).touch(state.foot_position[:, :2])
+    assert control.contact_offset is not None
+    np.testing.assert_allclose(state.foot_position + control.contact_offset, touch.contact, atol=1e-6)
+    np.testing.assert_allclose(control.way_factor, 1.0 / np.cos(np.radians(SLOPE)), atol=1e-6)
+
+
+def test_a_wheel_beside_a_kerb_does_not_feel_it(walker: Mpc) -> None:
+    terrain = Terrain.from_parts([{"kind": "step", "x": 0.9, "height": 0.15}])
+    look = GroundAround(terrain, walker.robot).look
+    beside = np.array([[[x, 0.0]] * 4 for x in (0.70, 0.74, 0.759)])
+    np.testing.assert_allclose(look(beside)[..., SLOPE_OF], 0.0, atol=1e-9)

@@ -173,3 +173,28 @@ def test_out_of_reach_is_approached_within_the_limits(follower: Follower) -> Non
         assert np.all(target.position <= follower.model.position_upper + 1e-6)
         assert np.all(np.abs(target.position - before) <= follower.model.velocity_max * PERIOD + 1e-6)
         before = target.position
+
+
+def test_a_wheel_turns_by_its_way_along_the_ground(follower: Follower) -> None:
+    control = standing_control(ROBOT, STANDING, PERIOD)
+    wheels = [leg.wheel - BASE_V for leg in follower.model.legs if leg.wheel is not None]
+    turned_by = []
+    for factor in (None, np.ones(4), np.array([1.0, 1.5, 2.0, 1.1])):
+        follower.reset(STANDING)
+        rolling = replace(control, motion=np.tile([0.3, 0.0], (4, 1)), way_factor=factor)
+        before = follower.state.q[BASE_V + 1 :][wheels].copy()
+        turned_by.append(follower.follow(rolling).position[wheels] - before)
+    np.testing.assert_allclose(turned_by[1], turned_by[0], atol=1e-12)
+    np.testing.assert_allclose(turned_by[2], turned_by[0] * [1.0, 1.5, 2.0, 1.1], atol=1e-6)
+
+
+def test_forces_beside_the_lowest_point_turn_the_wheel(follower: Follower) -> None:
+    """A force that acts ahead of the axle by d turns the wheel by d · f more."""
+    control = standing_control(ROBOT, STANDING, PERIOD)
+    wheels = [leg.wheel - BASE_V for leg in follower.model.legs if leg.wheel is not None]
+    torques = []
+    for offset in (None, np.zeros((4, 3)), np.tile([0.02, 0.0, 0.0], (4, 1))):
+        follower.reset(STANDING)
+        torques.append(follower.follow(replace(control, contact_offset=offset)).torque[wheels])
+    np.testing.assert_allclose(torques[1], torques[0], atol=1e-9)
+    np.testing.assert_allclose(np.abs(torques[2] - torques[0]), 0.02 * control.force[:, 2], rtol=1e-3)

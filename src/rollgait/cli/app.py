@@ -14,6 +14,7 @@ from rollgait.cli import (
     cache,
     check,
     drive,
+    execute,
     export,
     ground,
     library,
@@ -47,6 +48,7 @@ app.command("export")(export.export)
 app.command("track")(track.track)
 app.command("simulate")(simulate.simulate)
 app.command("run")(run_scenario)
+app.command("execute")(execute.execute)
 app.command("mpc")(mpc.mpc)
 app.command("view")(view.view)
 app.command("drive")(drive.drive)

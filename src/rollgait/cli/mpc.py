@@ -109,9 +109,9 @@ def mpc(
         loop = _loop(robot, plant, asked, chosen, estimator, disturbed, ground, kernels, seed)
         if plant.startswith(REPLAY):
             asked = _no_longer(asked, loop)
-        with _stopping() as stop:
-            log = loop.run(asked.script, _Watch(line, asked.script.duration, stop))
-    file = None if record is None else str(_write(log, record))
+        with stopping() as stop:
+            log = loop.run(asked.script, Watching(line, asked.script.duration, stop))
+    file = None if record is None else str(write_log(log, record))
     report = log.report()
     if as_json:
         print_json({"file": file, "command": asked.words, **report.to_dict()})
@@ -182,7 +182,7 @@ def _no_longer(asked: Asked, loop: ClosedLoop) -> Asked:
     return replace(asked, script=asked.script.model_copy(update={"duration": length}))
 
 
-class _Watch:
+class Watching:
     """Shows how far the run is, and ends it when it shall stop."""
 
     def __init__(self, line: StatusLine, duration: float, stop: threading.Event) -> None:
@@ -197,7 +197,7 @@ class _Watch:
 
 
 @contextmanager
-def _stopping() -> Iterator[threading.Event]:
+def stopping() -> Iterator[threading.Event]:
     """An event that the first Ctrl-C sets; the second one interrupts. What is logged waits for the report."""
     stop, log = threading.Event(), logging.getLogger("rollgait")
     level = log.level
@@ -219,7 +219,8 @@ def _stopping() -> Iterator[threading.Event]:
             signal.signal(signal.SIGINT, before)
 
 
-def _write(log: MpcLog, target: Path) -> Path:
+def write_log(log: MpcLog, target: Path) -> Path:
+    """Writes the log, a page or a film; the file's path."""
     if target.suffix == ".npz":
         return log.save(target)
     from rollgait.view.mpc_clip import clip_of_mpc

@@ -37,6 +37,28 @@ class TimedSwing:
     touch_down: float
     clearance: float
 
+    @property
+    def foothold(self) -> Array | None:
+        """Where it must land, (2,), m; None where that is open."""
+        return None
+
+    def over(self, times: Array, begin: float, top: float, end: float) -> tuple[Array, Array]:
+        """z of the foot and its rate at times within the swing, (n,), m and m/s.
+
+        Args:
+            times: (n,), s.
+            begin: z of the ground that it leaves, m.
+            top: highest ground on its way, m.
+            end: z of the ground where it lands, m.
+        """
+        half = 0.5 * (self.touch_down - self.lift_off)
+        apex = max(top, end) + self.clearance
+        rise, fall = (times - self.lift_off) / half, (self.touch_down - times) / half
+        rises = rise < fall
+        value, slope = minimum_jerk(np.minimum(rise, fall))
+        foot = np.where(rises, begin, end)
+        return foot + (apex - foot) * value, np.where(rises, 1.0, -1.0) * (apex - foot) * slope / half
+
 
 class GaitClock:
     """Swings in the past and the future, by gait. Times only go on: see `advance`."""
@@ -161,12 +183,6 @@ class GaitClock:
         """Height of each foot above the ground and its rate at times (n,): (n, 4) in m and m/s."""
         height, rate = np.zeros((times.size, FEET)), np.zeros((times.size, FEET))
         for swing in self.swings(float(times.min()), float(times.max()) + _SAME):
-            half = 0.5 * (swing.touch_down - swing.lift_off)
-            rise = (times - swing.lift_off) / half
-            fall = (swing.touch_down - times) / half
-            inside = (rise > 0.0) & (fall > 0.0)
-            value, slope = minimum_jerk(np.minimum(rise, fall)[inside])
-            height[inside, swing.leg] = swing.clearance * value
-            sign = np.where(rise < fall, 1.0, -1.0)[inside]
-            rate[inside, swing.leg] = sign * swing.clearance / half * slope
+            inside = (times > swing.lift_off) & (times < swing.touch_down)
+            height[inside, swing.leg], rate[inside, swing.leg] = swing.over(times[inside], 0.0, 0.0, 0.0)
         return height, rate

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.dynamics.step import POINTS
+from rollgait.dynamics.step import POINTS, rotation
 from rollgait.errors import InputError
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.context import LiveContext
@@ -23,6 +23,7 @@ from rollgait.transcription.live import LiveProblem, LiveStage
 
 if TYPE_CHECKING:
     from rollgait.mpc.ground.terrain import AlongHorizon, TerrainGround
+    from rollgait.mpc.plans.wanted import Wanted
 
 Array = NDArray[np.float64]
 
@@ -193,7 +194,9 @@ class Filling:
             np.moveaxis(rate.reshape(count, len(POINTS), 4), 0, -1).swapaxes(0, 1).reshape(8, count)
         )
 
-    def put_ground(self, clock: GaitClock, time: float, xy: Array, reference: Reference) -> None:
+    def put_ground(
+        self, clock: GaitClock, time: float, xy: Array, reference: Reference, keeps_off: bool = True
+    ) -> None:
         """What is under the feet along the horizon, and what it asks of the base; nothing where it is level.
 
         Args:
@@ -201,6 +204,7 @@ class Filling:
             time: of the first node, s.
             xy: about which places of the feet at the nodes, (N + 1, 4, 2), m.
             reference: where the robot is wanted.
+            keeps_off: whether feet are kept off edges; who follows a plan has footholds.
         """
         ground = self.ground
         if isinstance(ground, LevelGround):
@@ -214,7 +218,7 @@ class Filling:
         self._spread("foot_height", along.foot_height.T)
         self._spread("foothold_normal", along.normal.reshape(self.count + 1, -1).T)
         self._spread("foothold_offset", along.offset.T)
-        self._spread("foothold_counts", along.counts.T)
+        self._spread("foothold_counts", keeps_off * along.counts.T)
         for part in self._stages:
             part.numbers("foot_radius")[:] = ground.radius[:, None]
         stage.numbers("lift_rate")[:] = along.lift_rate
@@ -225,7 +229,7 @@ class Filling:
         """Height and tilt of the base after the ground, and the stance under a base that is tilted."""
         ground, pitch, roll = along.base
         self._spread("height_z", (reference.pose[2] + ground)[None])
-        self._spread("tilt_reference", along.base[1:])
+        self._put_tilt(along.base[1:])
         climb = np.gradient(ground, self.interval)
         self._spread("velocity_rate", np.vstack([reference.rate[:2], climb]))
         shift = OVER_FEET * self.robot.height * np.stack([pitch, -roll])
@@ -234,6 +238,15 @@ class Filling:
             stage, end = self._stages
             stage.numbers("stance")[axis::3] = nominal[:, :-1]
             end.numbers("stance")[axis::3] = nominal[:, -1:]
+
+    def _put_tilt(self, tilt: Array) -> None:
+        """Pitch and roll that are wanted at the nodes, (2, N + 1), rad; on terrain axes of the feet, too."""
+        self._spread("tilt_reference", tilt)
+        if isinstance(self.ground, LevelGround):
+            return
+        stage, end = self._stages
+        stage.numbers("base_tilt")[:] = np.vstack([tilt[:, :-1], tilt[:, 1:]])
+        end.numbers("base_tilt")[:] = np.tile(tilt[:, -1:], (2, 1))
 
     def _spread(self, name: str, values: Array) -> None:
         """Writes numbers of the nodes, (size, N + 1)."""
@@ -264,6 +277,10 @@ class Filling:
     def take_stance(self, other: Filling) -> None:
         """The nominal stance is as far over the feet as that of another one."""
         self._centred = other._centred
+        self._write_stance()
+
+    def restore_stance(self) -> None:
+        """The nominal stance again, after that of a plan."""
         self._write_stance()
 
     def reset_stance(self) -> None:
@@ -313,8 +330,42 @@ class Filling:
             for part in self._stages:
                 part.put_terms(self._own, self.context)
 
+    def put_plan(self, wanted: Wanted, nodes: Array, yaw: Array) -> None:
+        """What a plan wants, after all that a command and the ground have put.
+
+        Feet that stand are wanted where they are planned from the CoM; those in the air where they are
+        planned in the world, whatever the CoM does.
+
+        Args:
+            wanted: by the plan.
+            nodes: CoM and feet of the last solution at the nodes, (N + 1, 5, 3), m.
+            yaw: of it, (N + 1,), rad.
+        """
+        stage, end = self._stages
+        self._spread("height_z", wanted.reference.pose[2:3])
+        self._put_tilt(wanted.tilt)
+        self._spread("velocity_rate", np.vstack([wanted.reference.rate[:2], wanted.climb]))
+        planned = wanted.foot_position - wanted.com_position[:, None]
+        if wanted.rests:
+            planned = nodes[:, 1:] - wanted.com_position[:, None]
+        axes = wanted.tilt if not isinstance(self.ground, LevelGround) else np.zeros_like(wanted.tilt)
+        own = _seen(planned, wanted.reference.pose[3], axes)
+        free = _seen(wanted.foot_position - nodes[:, :1], yaw, axes)
+        place = np.where(wanted.in_air[..., None], free, own)
+        for axis in range(2):
+            stage.numbers("stance")[axis::3] = place[:-1, :, axis].T
+            end.numbers("stance")[axis::3] = place[-1:, :, axis].T
+        self._strides = True  # the nominal stance is to be written again
+        stage.numbers("force_ref")[:] = wanted.force.reshape(self.count, 12).T / self.robot.weight
+
     def _put_limits(self, name: str, lower: Array | float, upper: Array | float) -> None:
         number = self._row_number[self._problem.interval.rows(name)]
         nlp = self._problem.nlp
         nlp.g_lower[number] = lower
         nlp.g_upper[number] = upper
+
+
+def _seen(places: Array, yaw: Array, tilt: Array) -> Array:
+    """Vectors (n, 4, 3) in axes of n yaws (n,) and tilts (2, n), in the order pitch, roll."""
+    R: Array = np.moveaxis(np.array(rotation(np, [yaw, tilt[0], tilt[1]])), 2, 0)
+    return np.asarray(places @ R)

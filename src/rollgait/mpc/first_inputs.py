@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.filling import Filling
 from rollgait.mpc.iterate import Iterate
+from rollgait.mpc.plans.wanted import Wanted
 from rollgait.mpc.standing import within_cone
 from rollgait.plant.control import Control
 from rollgait.transcription.layout import StageLayout
@@ -25,6 +26,7 @@ def first_inputs(
     period: float,
     previous: Control | None,
     normals: Array,
+    wanted: Wanted | None = None,
 ) -> tuple[Array, Array]:
     """Forces (4, 3), N, and motions (4, 2) of the plan now. Speeds change no faster than the bounds allow.
 
@@ -38,11 +40,15 @@ def first_inputs(
         period: of the controller, s.
         previous: the control before, if there was one.
         normals: of the ground under the feet, (4, 3).
+        wanted: by the plan that is followed.
     """
     bounds = fill.bounds
     u = iterate.inputs[0]
     force = contact[:, None] * u[layout.inputs["force"]].reshape(4, 3) * fill.robot.weight
     motion = u[layout.inputs["motion"]].reshape(4, 2).copy()
+    if wanted is not None:
+        force, motion = force + contact[:, None] * wanted.lead[0], motion + wanted.lead[1]
+        motion[~wanted.goes_on] = 0.0
     locked = contact & (clock.locked(now) | ~fill.rolls)
     motion[locked] = 0.0
     motion[contact & ~fill.steers, 1] = 0.0  # no wheel slips sideways

@@ -15,6 +15,7 @@ from rollgait.mpc.log import LogWriter, MpcLog
 from rollgait.mpc.mpc import Mpc
 from rollgait.mpc.prediction import Prediction
 from rollgait.mpc.script import Script
+from rollgait.mpc.stretch import Stretch
 from rollgait.plant.control import Control
 from rollgait.plant.protocol import Plant
 from rollgait.plant.state import RobotState
@@ -56,6 +57,7 @@ class ClosedLoop:
         self.control: Control | None = None
         self.prediction: Prediction | None = None
         self._trouble = ""
+        self._stretch = Stretch(mpc.settings.period)
 
     @property
     def time(self) -> float:
@@ -66,7 +68,8 @@ class ClosedLoop:
         """One period under a command."""
         expected = self.control.end if self.control is not None else None
         known = self._estimator(self.plant.state, expected)
-        control, prediction = self.mpc.step(known, command)
+        self.mpc.stretch = self._stretch.update()
+        control, prediction = self.mpc.step(known, command, getattr(self.plant, "touching", None))
         self.plant.step(control)
         trouble = getattr(self.plant, "trouble", "")
         if trouble and trouble != self._trouble:
@@ -123,4 +126,4 @@ def continued(control: Control) -> Control:
         foot_position=begin.foot_position + period * velocity,
         heading=heading + period * control.motion[:, 1],
     )
-    return Control(begin, end, control.force, control.motion, control.contact)
+    return replace(control, begin=begin, end=end)

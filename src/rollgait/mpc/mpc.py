@@ -8,6 +8,7 @@ import time as wall
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -45,6 +46,9 @@ from rollgait.transcription.nlp import Nlp
 
 if TYPE_CHECKING:
     from rollgait.mpc.ground.terrain import TerrainGround
+    from rollgait.mpc.plans.follower import PlanFollower, Progress
+    from rollgait.mpc.plans.wanted import Wanted
+    from rollgait.plan.plan import Plan
 
 log = logging.getLogger("rollgait")
 Array = NDArray[np.float64]
@@ -53,6 +57,12 @@ FEASIBLE: Final = 1e-3
 """Largest violation (scaled as the solver sees it) of a converged iterate."""
 USABLE: Final = 0.2
 """Violation from which on an iterate is not used: its motion is not one that the robot could make."""
+
+FOLLOWING: Final = {"goal": 5000.0, "feet": 4000.0, "velocity": 50.0, "heading": 20.0}
+"""Weights of the costs while a plan is followed: it knows where all shall be, a command does not."""
+ROOMY: Final = ("speed_max", "acceleration_max", "swing_speed_max", "swing_acceleration_max")
+FOLLOWING_ROOM: Final = 1.5
+"""Factor on these bounds while a plan is followed: it may use all of its own, and who is late catches up."""
 REPAIRED: Final = 0.02
 """Violation from which on a step iterates again, if there is time: after a push, or a change of gait."""
 REPAIR_ITERATIONS: Final = 4
@@ -105,6 +115,8 @@ class Mpc:
     Attributes:
         events: what went wrong, newest last.
         clock: which foot is where when.
+        stretch: seconds of wall time in a second of the robot's: more than 1 where its time is simulated and
+            goes slowly. Deadlines grow with it.
     """
 
     def __init__(
@@ -129,6 +141,7 @@ class Mpc:
         rates = [leg.steering_rate_max for leg in self.robot.leg_list]
         steering_rate = min(self.settings.bounds.steering_rate_max, *rates)
         self._reference = ReferenceMaker(self.robot, self.settings.limits, steering_rate, self.robot.height)
+        self.stretch = 1.0
         self.events: deque[Event] = deque(maxlen=EVENTS_KEPT)
         self._gait = gait
         self._now = 0.0
@@ -140,6 +153,10 @@ class Mpc:
         self._hold = StepHold(self.settings.period)
         self._weights = self.settings.weights
         self._cut = ""
+        self._plans: PlanFollower | None = None
+        self._follows_from_next = False
+        self._own_bounds = self.settings.bounds
+        self._wanted: Wanted | None = None
 
     def _build(self, ground: LevelGround | TerrainGround) -> None:
         """The problem on some kind of ground, its solver, and who fills its numbers in."""
@@ -168,6 +185,8 @@ class Mpc:
     @property
     def wanted(self) -> tuple[float, float, float]:
         """Forward and lateral velocity (m/s) and yaw rate (rad/s) that the reference has now."""
+        if self._plans is not None and not self._plans.clock.held:
+            return self._plans.twist(self._now)
         return self._reference.twist
 
     def set_mass(self, mass: float) -> None:
@@ -230,21 +249,88 @@ class Mpc:
         self._last, self._failures, self._stands = None, 0, False
         self._hold.reset()
         self._cut = ""
+        self._forget_plans()
         self._fill.reset_stance()
         self._incoming.reset()
         self.events.clear()
 
+    # -- plans -------------------------------------------------------------------------------------------
+
+    def follow(self, *plans: Plan) -> None:
+        """From the next step on follows plans, one after the other, in place of commands; see `leave`.
+
+        Contacts, footholds, base, headings and forces are those of the plan. It waits, all feet on the
+        ground, while the robot is pushed off, and stands at the end. The ground is that of `set_ground`.
+
+        Raises:
+            InputError: a plan is of another robot, or begins neither where the robot is (said at the first
+                step, if there was none yet) nor where the plan before it ends; nothing has changed then.
+        """
+        from rollgait.mpc.plans.follower import PlanFollower
+        from rollgait.mpc.plans.joining import check_joins, check_robot
+        from rollgait.mpc.plans.path import PlanPath
+
+        if not plans:
+            raise InputError("plans", [], "must be at least one plan")
+        paths = [PlanPath(plan) for plan in plans]
+        for path in paths:
+            check_robot(path, self.robot)
+        for before, path in pairwise(paths):
+            check_joins(path, before, "where the plan before it ends")
+        if self._last is not None:
+            check_joins(paths[0], self._last.end, "where the robot is")
+        self._forget_plans()
+        self._plans = PlanFollower(paths, self._reference, self.settings.period, self.note)
+        self._fill.set_weights(self._weights.model_copy(update=FOLLOWING))
+        self._own_bounds = bounds = self._fill.bounds
+        roomy = {name: FOLLOWING_ROOM * getattr(bounds, name) for name in ROOMY}
+        self._fill.set_bounds(bounds.model_copy(update=roomy))
+        self._follows_from_next = True
+
+    def leave(self) -> None:
+        """Follows plans no longer: commands count again, in the gait of the last beginning."""
+        if self._plans is not None and not self._follows_from_next:
+            self.clock.request(self._gait, self._now)
+        self._forget_plans()
+
+    @property
+    def progress(self) -> Progress | None:
+        """How far the following of plans is; None if no plan is followed."""
+        if self._plans is None or self._follows_from_next:
+            return None
+        return self._plans.progress(self._now)
+
+    def _forget_plans(self) -> None:
+        if self._plans is not None:
+            self._plans = None
+            self._fill.set_weights(self._weights)
+            self._fill.set_bounds(self._own_bounds)
+            self._fill.restore_stance()
+
+    def _advance_plans(self, state: RobotState, touching: NDArray[np.bool_] | None) -> None:
+        """The clock of the plan that is followed, brought up to now."""
+        if self._plans is None:
+            return
+        if self._follows_from_next:
+            self._follows_from_next = False
+            self.clock = self._plans.begin(state)
+        self.clock = self._plans.update(state, touching)
+
     # -- a step ------------------------------------------------------------------------------------------
 
     def step(
-        self, state: RobotState | None, command: VelocityCommand | PoseCommand
+        self,
+        state: RobotState | None,
+        command: VelocityCommand | PoseCommand,
+        touching: NDArray[np.bool_] | None = None,
     ) -> tuple[Control, Prediction]:
         """What to do for the next period, and what is expected of the horizon.
 
         Args:
             state: of the robot now; None if there is none. One that cannot be, or that does not go with what
                 the robot was told to do, counts as none, and an event says why.
-            command: what is asked for; beyond the limits it is cut.
+            command: what is asked for; beyond the limits it is cut. None counts while a plan is followed.
+            touching: which feet press on the ground, (4,), where that is measured: feet of a plan land then.
 
         Raises:
             InputError: the command is none, or there is no usable state to begin with.
@@ -253,20 +339,21 @@ class Mpc:
         check_command(command)
         state, elapsed = self._incoming.take(state, self._last)
         self._now = state.time
-        deadline = begin + (self.settings.deadline or self.settings.period)
+        deadline = begin + self.stretch * (self.settings.deadline or self.settings.period)
         command = self._within_limits(command, state.time)
         if self._stands:
             command = VelocityCommand()
-        elif command.gait is not None and command.gait != self.clock.gait.name:
-            self.clock.request(command.gait, state.time)
+        elif self._plans is None and command.gait not in (None, self.clock.gait.name):
+            self.clock.request(str(command.gait), state.time)
             self._hold.reset()
         self.clock.advance(state.time)
-        self._hold.apply(self.clock, state)
         previous = self._last
         if previous is None:
             self._begin(state)
         else:
             self._iterate.shift(elapsed / self._fill.interval)
+        self._advance_plans(state, touching)
+        self._hold.apply(self.clock, state)
         reference = self._fill_in(state, command, elapsed)
         status = self._solve(deadline - AFTERWARDS) if not self._stands else STANDING_STATUS
         in_doubt = self._stands or self._failures > 0
@@ -291,6 +378,7 @@ class Mpc:
         """Brings the robot to a stand, for good until `reset`; the reason is logged."""
         if not self._stands:
             self._stands = True
+            self._forget_plans()
             time = self._last.end.time if self._last is not None else 0.0
             self.clock.request("stand", time)
             self._note(time, f"stands: {reason}")
@@ -329,14 +417,30 @@ class Mpc:
         limit = fill.speed_limit
         it.previous[12:] = np.clip(it.previous[12:], -limit, limit)
         fill.put_state(it.first_node)
-        fill.put_stance(self.clock.gait.centred, elapsed)
+        if self._plans is None:
+            fill.put_stance(self.clock.gait.centred, elapsed)
         fill.put_contact(self.clock, state.time)
         it.adapt_forces(fill.share, fill.force_low, fill.force_high, fill.usual_force)
-        reference = self._reference.look_ahead(state, command, self.clock, elapsed, fill.count, fill.interval)
+        wanted = None
+        if self._plans is None:
+            reference = self._reference.look_ahead(
+                state, command, self.clock, elapsed, fill.count, fill.interval
+            )
+        else:
+            wanted = self._plans.wanted(state, elapsed, fill.count, fill.interval)
+            reference = wanted.reference
+        self._wanted = wanted
         fill.put_reference(reference)
-        fill.put_strides(self.clock, state.time, reference.foot_velocity)
-        xy = it.states[:, self._problem.layout.node["xy"]].reshape(-1, 4, 2)
-        fill.put_ground(self.clock, state.time, xy, reference)
+        layout = self._problem.layout.node
+        xy = it.states[:, layout["xy"]].reshape(-1, 4, 2)
+        if wanted is None:
+            fill.put_strides(self.clock, state.time, reference.foot_velocity)
+        fill.put_ground(self.clock, state.time, xy, reference, keeps_off=wanted is None)
+        if wanted is not None:
+            times = state.time + fill.interval * np.arange(fill.count + 1, dtype=float)
+            feet = np.dstack([xy, fill.ground.foot_heights(self.clock, times, xy)[0]])
+            nodes = np.concatenate([it.states[:, None, layout["r"]], feet], axis=1)
+            fill.put_plan(wanted, nodes, it.states[:, layout["theta"]][:, 0])
         return reference
 
     # -- solving -----------------------------------------------------------------------------------------
@@ -392,8 +496,12 @@ class Mpc:
         """The first bit of the plan, carried out by the model for one period."""
         period, it, fill = self.settings.period, self._iterate, self._fill
         contact = self.clock.contact(state.time)
+        xy = state.foot_position[:, :2]
+        normals, touch = fill.ground.normals(contact, xy), fill.ground.touch(contact, xy, state.heading)
+        tilt = fill.ground.tilt(xy, float(state.euler[0])) if self._stands else (0.0, 0.0)
         if self._stands:
-            force, motion = self._standing.inputs(state, contact, previous)
+            offset = 0.0 if touch is None else touch[0]
+            force, motion = self._standing.inputs(state, contact, previous, tilt, normals, offset)
         else:
             force, motion = first_inputs(
                 it,
@@ -404,15 +512,16 @@ class Mpc:
                 state.time,
                 period,
                 previous,
-                fill.ground.normals(contact, state.foot_position[:, :2]),
+                normals,
+                self._wanted,
             )
         it.previous[:12] = force.ravel() / fill.robot.weight
         it.previous[12:] = motion[:, 0]
         end = self._model.after(state, force, motion, period, self.clock, fill.ground)
         if self._stands:
-            end = self._standing.settle(end, period)
+            end = self._standing.settle(end, period, tilt)
             it.rest(self._model.node(end))
-        return Control(state, end, force, motion, contact)
+        return Control(state, end, force, motion, contact, *(touch or ()))
 
     def _take_robot(self, robot: Robot) -> None:
         self._model = RobotModel(robot, self._problem.layout)

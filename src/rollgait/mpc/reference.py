@@ -99,6 +99,10 @@ class ReferenceMaker:
         self._twist, self._height_change = (0.0, 0.0, 0.0), 0.0
         self._backward[:] = False
 
+    def begin_at(self, pose: Pose, twist: Twist) -> None:
+        """The reference is somewhere, and moves."""
+        self._pose, self._twist, self._height_change = pose, twist, 0.0
+
     def look_ahead(
         self,
         state: RobotState,

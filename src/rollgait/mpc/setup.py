@@ -62,7 +62,7 @@ def make_loop(
     disturbances: Disturbances | None = None,
     kernels: bool = True,
     seed: int = 0,
-    start: Start | None = None,
+    start: Start | RobotState | None = None,
     terrain: Terrain | None = None,
 ) -> ClosedLoop:
     """A controller and what it controls, ready to run.
@@ -79,7 +79,8 @@ def make_loop(
         disturbances: of the plant `mujoco`.
         kernels: compile the stage functions, where there is a compiler.
         seed: of the noise.
-        start: place and yaw where a plant that is made here stands; the origin if not given.
+        start: place and yaw where a plant that is made here stands, or the state it stands in; the origin if
+            not given.
         terrain: the ground, of the plant that is made here and as the controller knows it; level if not
             given.
 
@@ -93,12 +94,7 @@ def make_loop(
     find_gait(gait)
     body = find_robot(robot) if isinstance(robot, str) else robot
     if isinstance(plant, str):
-        place = start or Start()
-        if terrain is not None:
-            from rollgait.scenario.standing import require_stance  # loads SciPy
-
-            require_stance(terrain, body, (place.x, place.y, place.yaw_deg), "start", with_margin=False)
-        stands = standing_state(body, 0.0, place.x, place.y, math.radians(place.yaw_deg), terrain)
+        stands = start if isinstance(start, RobotState) else _standing(body, start or Start(), terrain)
         plant = _plant(plant, body, stands, disturbances, terrain)
     elif disturbances is not None:
         raise InputError("disturbances", plant.name, "must be given when this plant is made")
@@ -107,6 +103,15 @@ def make_loop(
         mpc.set_ground(terrain)
     known = observer(plant.name, mpc.settings.period, ESTIMATORS[estimator](seed), estimator == "delayed")
     return ClosedLoop(mpc, plant, known)
+
+
+def _standing(body: Robot, place: Start, terrain: Terrain | None) -> RobotState:
+    """The robot in its stance at a place. Raises `InputError` if it cannot stand there."""
+    if terrain is not None:
+        from rollgait.scenario.standing import require_stance  # loads SciPy
+
+        require_stance(terrain, body, (place.x, place.y, place.yaw_deg), "start", with_margin=False)
+    return standing_state(body, 0.0, place.x, place.y, math.radians(place.yaw_deg), terrain)
 
 
 def observer(plant: str, period: float, measurement: Estimator, is_delayed: bool = False) -> Blended:

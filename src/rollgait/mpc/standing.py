@@ -32,9 +32,24 @@ class Standing:
         self._robot, self._settings = robot, settings
 
     def inputs(
-        self, state: RobotState, contact: NDArray[np.bool_], previous: Control | None
+        self,
+        state: RobotState,
+        contact: NDArray[np.bool_],
+        previous: Control | None,
+        tilt: tuple[float, float] = (0.0, 0.0),
+        normals: Array = UP,
+        contact_offset: Array | float = 0.0,
     ) -> tuple[Array, Array]:
-        """Forces (4, 3) and motions (4, 2) of the next period: braking, and forces that carry the weight."""
+        """Forces (4, 3) and motions (4, 2) of the next period: braking, and forces that carry the weight.
+
+        Args:
+            state: now.
+            contact: which feet stand, (4,).
+            previous: the control before, if there was one.
+            tilt: pitch and roll that the ground asks of the base, rad.
+            normals: of the ground under the feet, (4, 3).
+            contact_offset: from the feet to where the forces act, (4, 3), m.
+        """
         before = previous.motion[:, 0] if previous is not None else np.zeros(4)
         slower = np.maximum(
             np.abs(before) - self._settings.period * self._settings.bounds.acceleration_max, 0.0
@@ -43,19 +58,28 @@ class Standing:
         motion[:, 0] = np.sign(before) * slower
         heading = state.heading
         rolling = np.mean(motion[:, 0] * np.array([np.cos(heading), np.sin(heading)]), axis=1)
-        return self._forces(state, contact, rolling), motion
+        touch = state.foot_position + contact_offset
+        return self._forces(state, contact, rolling, tilt, normals, touch), motion
 
-    def _forces(self, state: RobotState, contact: NDArray[np.bool_], rolling: Array) -> Array:
-        """Forces of the feet that stand: they carry the robot, stop it over them and level it, (4, 3), N."""
+    def _forces(
+        self,
+        state: RobotState,
+        contact: NDArray[np.bool_],
+        rolling: Array,
+        tilt: tuple[float, float],
+        normals: Array,
+        touch: Array,
+    ) -> Array:
+        """Forces of the feet that stand: they carry the robot, stop it over them and right it, (4, 3), N."""
         force, stands, robot = np.zeros((4, 3)), np.flatnonzero(contact), self._robot
         if not stands.size:
             return force
-        lever = state.foot_position[stands] - state.com_position
+        lever = touch[stands] - state.com_position
         falling = np.append(state.com_velocity[:2] - rolling, state.com_velocity[2])
-        low = -float(lever[:, 2].mean()) - robot.height
+        low = float((state.com_position - state.foot_position[stands].mean(axis=0))[2]) - robot.height
         acceleration = -DAMPING * falling + np.array([0.0, 0.0, GRAVITY - STIFFNESS * low])
         yaw_rate, pitch_rate, roll_rate = state.euler_rate
-        _, pitch, roll = state.euler
+        pitch, roll = state.euler[1] - tilt[0], state.euler[2] - tilt[1]
         turning = -STIFFNESS * np.array([roll, pitch, 0.0]) - DAMPING * np.array(
             [roll_rate, pitch_rate, yaw_rate]
         )
@@ -63,19 +87,25 @@ class Standing:
         wanted = np.concatenate([robot.mass * acceleration, turned(torque, state.euler[0])])
         A = np.hstack([np.vstack([np.eye(3), _cross_matrix(arm)]) for arm in lever])
         found = (np.linalg.pinv(A, rcond=1e-6) @ wanted).reshape(-1, 3)
-        force[stands] = within_cone(found, self._settings.bounds.friction, UP[stands])
+        force[stands] = within_cone(found, self._settings.bounds.friction, normals[stands])
         return force
 
-    def settle(self, end: RobotState, period: float) -> RobotState:
-        """The same end of a period with a base that moves as its feet do on average, and calms down."""
-        keep = np.exp(-period / LEVEL_TIME)
+    def settle(self, end: RobotState, period: float, tilt: tuple[float, float] = (0.0, 0.0)) -> RobotState:
+        """The same end of a period with a base that moves as its feet do on average, and calms down.
+
+        Args:
+            end: of the period.
+            period: s.
+            tilt: pitch and roll that the ground asks of the base, rad.
+        """
+        keep, wanted = np.exp(-period / LEVEL_TIME), np.array(tilt)
         heading = end.heading
         velocity = np.zeros(3)
         velocity[:2] = np.mean(end.speed * np.array([np.cos(heading), np.sin(heading)]), axis=1)
         return replace(
             end,
             com_velocity=velocity,
-            euler=np.array([end.euler[0], keep * end.euler[1], keep * end.euler[2]]),
+            euler=np.append(end.euler[0], wanted + keep * (end.euler[1:] - wanted)),
             euler_rate=keep * end.euler_rate,
         )
 

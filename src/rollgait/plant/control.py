@@ -21,6 +21,9 @@ class Control:
         force: f_i on the robot, (4, 3), N; 0 in swing.
         motion: (v_i, σ̇_i), (4, 2), m/s and rad/s.
         contact: which feet stand on the ground, (4,).
+        contact_offset: from the lowest points of the rims to where the forces act, (4, 3), m; None on level
+            ground, where they are one.
+        way_factor: way of each wheel along the ground over its way in the plane, (4,); None on level ground.
     """
 
     begin: RobotState
@@ -28,6 +31,8 @@ class Control:
     force: Array
     motion: Array
     contact: NDArray[np.bool_]
+    contact_offset: Array | None = None
+    way_factor: Array | None = None
 
     @property
     def period(self) -> float:

@@ -36,6 +36,9 @@ SETTLING: Final = 0.5
 
 _SETTLING_PERIOD: Final = 0.01
 
+PRESSING: Final = 0.01
+"""A foot touches the ground that carries this share of the robot's weight."""
+
 
 class MujocoPlant:
     """Joint targets by inverse kinematics, joint PD with feed-forward, and 1 ms steps of physics.
@@ -108,6 +111,7 @@ class MujocoPlant:
         self.contact_force: Array = np.zeros((len(LEG_NAMES), 3))
         self.torque: Array = np.zeros(len(self.joint_names))
         self.torque_share = 0.0
+        self._pressing = PRESSING * robot.weight
         self._settle(robot, start)
 
     def _reader_at(self, start: RobotState) -> StateReader:
@@ -177,6 +181,11 @@ class MujocoPlant:
         for row in range(count):
             physics.step(row)
         self._note(physics.take_load())
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Which feet pressed on the ground in the last control, (4,)."""
+        return np.asarray(self.contact_force[:, 2] > self._pressing)
 
     @property
     def unplanned(self) -> Mapping[str, UnplannedContact]:

@@ -112,7 +112,10 @@ class Follower:
         period, kinematics = control.period, self._kinematics
         if not (period > 0.0 and _is_finite(control)):
             return None
-        target = _target(control.end, control.motion[:, 0] * period / kinematics.rolling_radius)
+        way = control.motion[:, 0] * period
+        if control.way_factor is not None:
+            way = way * control.way_factor
+        target = _target(control.end, way / kinematics.rolling_radius)
         try:
             moved = kinematics.step(self._state, target, period)
         except np.linalg.LinAlgError:  # a decomposition that does not converge
@@ -142,7 +145,7 @@ class Follower:
         a[3:BASE_V] = to_base @ (omega - omega_before) / period
         a[BASE_V:] = self._acceleration(period, velocity)
         need = self.model.inverse_dynamics(state.q, v, a)
-        return np.asarray((need - carried(state, control.force))[BASE_V:])
+        return np.asarray((need - carried(state, control.force, control.contact_offset))[BASE_V:])
 
     def _acceleration(self, period: float, velocity: Array) -> Array:
         """Mean over the last `ACCELERATION_TIME`, (n_j,), rad/s²."""
@@ -164,4 +167,9 @@ def _is_finite(control: Control) -> bool:
         control.begin.is_finite()
         and control.end.is_finite()
         and bool(np.isfinite(control.force).all() and np.isfinite(control.motion).all())
+        and all(
+            bool(np.isfinite(part).all())
+            for part in (control.contact_offset, control.way_factor)
+            if part is not None
+        )
     )

@@ -44,8 +44,10 @@ TERRAIN: Final[tuple[tuple[str, int], ...]] = (
     ("ground_model", FEET * MODEL_SIZE),
     ("contact_slope", FEET * 2),
     ("foot_radius", FEET),
+    ("base_tilt", 4),
 )
-"""What a stage knows of ground that is not level under each foot: names and sizes."""
+"""What a stage knows of ground that is not level: names and sizes. The first three are of what is under each
+foot, the last pitch and roll that it asks for at both ends: feet are seen from a base so tilted."""
 
 
 def _layout(robot: Robot) -> StageLayout:

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from rollgait.mpc.clock import GaitClock, TimedSwing
 from rollgait.mpc.ground.around import GroundAround
 from rollgait.mpc.ground.raster import HEIGHT, STEP_ROOM
-from rollgait.ocp.lift import minimum_jerk
 
 Array = NDArray[np.float64]
 
@@ -51,13 +50,7 @@ class Landing:
 
     def profile(self, swing: TimedSwing, times: Array) -> tuple[Array, Array]:
         """z of the foot and its rate at times within the swing, (n,), m and m/s."""
-        half = 0.5 * (swing.touch_down - swing.lift_off)
-        apex = max(self.top, self.end) + swing.clearance
-        rise, fall = (times - swing.lift_off) / half, (swing.touch_down - times) / half
-        rises = rise < fall
-        value, slope = minimum_jerk(np.minimum(rise, fall))
-        foot = np.where(rises, self.begin[2], self.end)
-        return foot + (apex - foot) * value, np.where(rises, 1.0, -1.0) * (apex - foot) * slope / half
+        return swing.over(times, float(self.begin[2]), self.top, self.end)
 
 
 class Landings:
@@ -111,7 +104,12 @@ class Landings:
                 landing.begin = np.array([*place, raster.look(place)[HEIGHT]])
             share = (swing.touch_down - time) / interval
             passed = (time - swing.lift_off) / (swing.touch_down - swing.lift_off)
-            self._decide(landing, leg, passed, between(xy[:, leg], share), between(wanted[:, leg], share))
+            place, given = between(xy[:, leg], share), swing.foothold
+            if given is None:
+                self._decide(landing, leg, passed, place, between(wanted[:, leg], share))
+            else:
+                landing.place = given
+            self._look(landing, leg, passed, place)
             first.setdefault(leg, landing)
             result.append((swing, landing))
         self._next = first
@@ -141,6 +139,10 @@ class Landings:
                 landing.side = (new - nominal) / max(_distance(new, nominal), _SAME)
             landing.chosen = new
         landing.place = place if landing.chosen is None else landing.chosen
+
+    def _look(self, landing: Landing, leg: int, passed: float, place: Array) -> None:
+        """Looks at the ground on the way of a swing and where it lands; arguments as those of `_decide`."""
+        raster = self._around.of(leg)
         way = landing.begin[:2] + np.linspace(0.0, 1.0, PROBES)[:, None] * (landing.place - landing.begin[:2])
         heights = raster.look(np.vstack([way, place]))[:, HEIGHT]
         landing.top = float(max(heights[:-1].max(), landing.begin[2]))

@@ -38,6 +38,13 @@ class GroundUnderfoot(Protocol):
     def normals(self, contact: NDArray[np.bool_], xy: Array) -> Array:
         """Unit normals where feet stand at places (4, 2), upwards elsewhere, (4, 3)."""
 
+    def touch(self, contact: NDArray[np.bool_], xy: Array, heading: Array) -> tuple[Array, Array] | None:
+        """Where forces act, from the lowest points of the rims, (4, 3), m, and the ways of wheels along the
+        ground over those in the plane, (4,), where feet stand at places (4, 2); None where it is level."""
+
+    def tilt(self, xy: Array, yaw: float) -> tuple[float, float]:
+        """Pitch and roll that it asks of a base with feet at places (4, 2), rad."""
+
 
 class LevelGround:
     """Ground that is level under each foot, of any height.
@@ -61,3 +68,9 @@ class LevelGround:
 
     def normals(self, contact: NDArray[np.bool_], xy: Array) -> Array:
         return UP
+
+    def touch(self, contact: NDArray[np.bool_], xy: Array, heading: Array) -> tuple[Array, Array] | None:
+        return None
+
+    def tilt(self, xy: Array, yaw: float) -> tuple[float, float]:
+        return (0.0, 0.0)

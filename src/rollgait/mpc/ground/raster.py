@@ -28,6 +28,9 @@ ROLL_MARGIN: Final = 0.03
 FAR: Final = 1.0
 """Where nothing is to be kept away from, it counts as so far away, m."""
 
+LEAST_UP: Final = 0.1
+"""Of a normal, upwards: steeper ones are walls, which nothing stands on."""
+
 KINDS: Final = 6
 HEIGHT, STEP_ROOM, ROLL_ROOM, FRICTION = 0, 3, 4, 5
 SLOPE = slice(1, 3)
@@ -62,10 +65,11 @@ class Raster:
         axis = np.arange(2 * reach + 1)
         x, y = np.meshgrid((first[0] + axis) * CELL, (first[1] + axis) * CELL, indexing="ij")
         nodes, shape = np.column_stack([x.ravel(), y.ravel()]), x.shape
-        height = regions.surface.touch(nodes).height.reshape(shape)
+        touch = regions.surface.touch(nodes)
+        height = touch.height.reshape(shape)
         known = ~np.isnan(height)
         height = _filled(height, known)
-        gx, gy = np.gradient(height, CELL)
+        gx, gy = _slope(touch.normal).reshape(*shape, 2).transpose(2, 0, 1)
         friction = regions.terrain.friction_at(*nodes.T).reshape(shape)
         may_step = known & regions.free(nodes).reshape(shape)
         walls = _steepest(height) > ROLL_STEEPEST
@@ -106,6 +110,16 @@ class Raster:
         """How far a place (2,) is from the border, m; negative outside."""
         place = point / CELL - self.first
         return float(CELL * np.minimum(place, self.values.shape[0] - 1 - place).min())
+
+
+def _slope(normal: Array) -> Array:
+    """Gradients of the surface with these normals, (n, 2); 0 where it is not known.
+
+    Differences of heights would have a wheel beside a kerb feel it from a cell away.
+    """
+    known = np.asarray(~np.isnan(normal).any(axis=1))
+    up = np.where(known, np.maximum(normal[:, 2], LEAST_UP), 1.0)
+    return np.where(known[:, None], -normal[:, :2] / up[:, None], 0.0)
 
 
 def _steepest(height: Array) -> Array:

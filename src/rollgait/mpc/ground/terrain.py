@@ -115,6 +115,17 @@ class TerrainGround:
         slope = _bounded(self.around.look(xy[None])[0][:, SLOPE])
         return normal_of(np.where(contact[:, None], slope, 0.0))
 
+    def touch(self, contact: NDArray[np.bool_], xy: Array, heading: Array) -> tuple[Array, Array]:
+        slope = np.where(contact[:, None], self.around.look(xy[None])[0][:, SLOPE], 0.0)
+        offset = self.radius[:, None] * (np.array([0.0, 0.0, 1.0]) - normal_of(_bounded(slope)))
+        climb = (slope * np.column_stack([np.cos(heading), np.sin(heading)])).sum(axis=1)
+        return offset, np.hypot(1.0, climb)
+
+    def tilt(self, xy: Array, yaw: float) -> tuple[float, float]:
+        feet = np.column_stack([xy, self.around.look(xy[None])[0, :, HEIGHT]])
+        _, pitch, roll = base_along(feet[None], np.array([yaw]))[:, 0].tolist()
+        return (pitch, roll)
+
     # -- of the horizon ----------------------------------------------------------------------------------
 
     def along(
