@@ -4,8 +4,7 @@
 
 Goals within |x| ≤ 2 and |y| ≤ 1 body lengths (axle to axle) and |yaw| ≤ 90°, for the fixed wheels of `roller`
 (tests) and `light` (examples/own_robot.py) and the point feet of `hyq` (package example-robot-data). Each is
-planned by one gait found after the other until a certificate passes. Prints Markdown and keeps it in
-docs/benchmarks.md.
+planned with `gait: discover` until a certificate passes. Prints Markdown and keeps it in docs/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -21,14 +20,11 @@ import numpy as np
 
 import rollgait as rg
 from reporting import keep, load, machine, table
-from rollgait.discover.greedy import step_candidates
 from rollgait.robot.importing import import_robot
 
 HERE = Path(__file__).resolve().parent
 BOUNDS = np.array([2.0, 1.0, 90.0])
 """Largest |x| and |y| (body lengths) and |yaw| (degrees) of a goal."""
-TRIED = 4
-"""Gaits at most for one goal."""
 PERCENTILES = (50, 90, 100)
 
 
@@ -83,29 +79,22 @@ def cases(robot: str, body: rg.Robot, count: int, seed: int) -> Iterator[Case]:
 
 
 def attempt(case: Case, body: rg.Robot, planner: rg.Planner) -> Outcome:
-    """Plans by the gaits found, one after the other."""
+    """Plans to the goal, the gait to be found."""
     x, y, yaw = case.goal
-    asked = rg.Scenario(robot=body, goal={"x": x, "y": y, "yaw_deg": yaw}, horizon=60.0)
+    goal = {"x": x, "y": y, "yaw_deg": yaw}
+    asked = rg.Scenario.from_dict({"robot": body, "goal": goal, "gait": {"kind": "discover"}})
     begin, cpu = time.perf_counter(), time.process_time()
-    reasons, tried, steps, iterations, horizon = list[str](), 0, 0, 0, 0.0
-    for candidate in step_candidates(asked):
-        if tried == TRIED:
-            break
-        tried += 1
-        steps, horizon = sum(1 for _ in candidate.scenario.schedule.swings()), candidate.scenario.horizon
-        try:
-            plan = planner.plan(candidate.scenario, diagnose=False)
-        except rg.RollgaitError as error:
-            reasons.append(f"{candidate.name}: {error}")
-            continue
-        iterations += sum(start.iterations for start in plan.statistics.starts)
-        failures = plan.certificate().failures
-        if not failures:
-            reasons.clear()
-            break
-        reasons.append(f"{candidate.name}: " + "; ".join(" ".join(str(row).split()) for row in failures))
+    plan: rg.Plan | None
+    try:
+        plan, reason = planner.plan(asked), ""
+    except rg.NotSolvedError as error:
+        plan, reason = error.plan, str(error)
     spent = time.perf_counter() - begin, time.process_time() - cpu
-    return Outcome(case, " | ".join(reasons), tried, steps, horizon, iterations, *spent)
+    tried = () if plan is None else plan.statistics.discovery
+    if not tried:
+        return Outcome(case, reason, 0, 0, 0.0, 0, *spent)
+    iterations = sum(result.iterations for result in tried)
+    return Outcome(case, reason, len(tried), tried[-1].steps, tried[-1].horizon, iterations, *spent)
 
 
 def report(results: Sequence[Outcome]) -> str:

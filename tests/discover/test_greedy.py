@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rollgait as rg
-from rollgait.discover.greedy import StepPace, greedy_gait, step_candidates, walked
+from rollgait.discover.greedy import StepPace, greedy_gait, stepping, walked
+from rollgait.errors import NotSolvedError
 from rollgait.footing.carried import carried_ways
 from rollgait.footing.stepping import stepping_route
 from rollgait.robot.robot import LEG_NAMES
@@ -159,20 +160,30 @@ def test_it_does_not_go_on_before_a_later_goal_holds(x: float, y: float) -> None
 
 def test_candidates_differ_and_what_was_asked_stays() -> None:
     asked = to(FIXED, 0.5, 0.4, 40.0, gait={"kind": "drive", "clearance": 0.06}, bounds={"force_min": 15.0})
-    found = list(step_candidates(asked))
-    assert len({candidate.scenario.to_yaml() for candidate in found}) == len(found) >= 2
+    found = list(stepping(asked))
+    assert len({candidate.key for candidate in found}) == len(found) >= 2
     for candidate in found:
-        assert candidate.scenario.clearance == 0.06
-        assert candidate.scenario.bounds == asked.bounds
+        assert candidate.of(asked).clearance == 0.06
+        assert candidate.of(asked).bounds == asked.bounds
+
+
+def test_the_horizon_is_a_limit() -> None:
+    asked = to(POINT, 0.8, 0.0, 30.0)
+    all_of_them = [candidate.of(asked).horizon for candidate in stepping(asked)]
+    limited = to(POINT, 0.8, 0.0, 30.0, horizon=min(all_of_them))
+    assert [candidate.of(limited).horizon for candidate in stepping(limited)] == [min(all_of_them)]
+    with pytest.raises(NotSolvedError, match=f"takes {min(all_of_them):g} s, the horizon is 2 s"):
+        list(stepping(to(POINT, 0.8, 0.0, 30.0, horizon=2.0)))
 
 
 @pytest.mark.parametrize(("body", "goal"), [(FIXED, (0.3, -0.2, 50.0)), (POINT, (-0.2, 0.2, 20.0))])
-def test_what_is_found_is_certified(body: rg.Robot, goal: tuple[float, float, float]) -> None:
-    plan = rg.plan(next(step_candidates(to(body, *goal))).scenario)
+def test_what_is_discovered_is_certified(body: rg.Robot, goal: tuple[float, float, float]) -> None:
+    plan = rg.plan(to(body, *goal, gait="discover"))
     assert plan.certificate().passed
-    assert len(plan.statistics.starts) == 1
+    assert plan.statistics.discovery[0].outcome == "certified"
+    assert rg.plan(plan.scenario).certificate().passed  # its gait is given now
 
 
 @pytest.mark.slow
 def test_mixed_feet_are_certified() -> None:
-    assert rg.plan(next(step_candidates(to(MIXED, 0.4, -0.1, 40.0))).scenario).certificate().passed
+    assert rg.plan(to(MIXED, 0.4, -0.1, 40.0, gait="discover")).certificate().passed

@@ -8,12 +8,14 @@ it is their turn. Feet that have stepped end at their nominal places. No solver 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
 
+from rollgait.discover.candidate import Candidate
+from rollgait.errors import NotSolvedError
 from rollgait.footing.carried import NOTHING, Carried, Feet, carried_ways
 from rollgait.footing.footing import FEET
 from rollgait.robot.robot import GRAVITY, LEG_NAMES
@@ -26,8 +28,10 @@ SHIFT: Final = 0.4
 """Time between two swings, in which the base moves over the feet that will stand, in swings."""
 FEWEST: Final = 4
 """Intervals of a swing at least."""
-SLOWER: Final = (1.0, 1.4)
-"""How much longer than usual swings and what is between them are, in the order in which that is tried."""
+OTHER_PACES: Final = (1.4, 0.8)
+"""How much longer than usual, or shorter, all steps take in what else is tried."""
+DOUBT: Final = 20.0
+"""What another pace than the usual counts in the score, s: that is tried last."""
 SOON: Final = 0.3
 """Feet that must step within this of one another, in parts of the time between two steps, take turns."""
 MOST: Final = 400
@@ -60,19 +64,38 @@ class StepPace:
         return cls(interval, count, max(1, round(SHIFT * count)))
 
 
-@dataclass(frozen=True)
-class StepCandidate:
-    """A gait that is worth trying.
+def stepping(scenario: Scenario) -> Iterator[Candidate]:
+    """The candidates for feet that cannot roll everywhere, on flat ground: the usual pace first, then others.
 
-    Attributes:
-        scenario: with the gait, its horizon and its mesh.
-        name: what is special about it.
-        score: how long it takes, s; the smaller, the better.
+    Raises:
+        NotSolvedError: they take longer than the horizon allows.
     """
-
-    scenario: Scenario
-    name: str
-    score: float
+    if scenario.ground.kind != "flat" or all(leg.foot == "steerable" for leg in scenario.body.leg_list):
+        return
+    ways = carried_ways(scenario)
+    shortest = np.inf
+    for number, slower in enumerate((1.0, *OTHER_PACES)):
+        pace = StepPace.of(scenario, slower)
+        found = []
+        for way in ways:
+            name = "steps on the direct way" if way is ways[-1] else "turns where that takes few steps"
+            try:
+                values = walk_values(scenario, walked(way, pace))
+            except TooManyStepsError:
+                continue
+            horizon = float(str(values["horizon"]))
+            shortest = min(shortest, horizon)
+            if horizon <= scenario.horizon + 1e-9:
+                name = name if slower == 1.0 else f"{name}, {slower:g} × the time"
+                found.append(Candidate(name, horizon + DOUBT * number, values))
+        yield from sorted(found, key=lambda candidate: candidate.score)
+    if np.isinf(shortest):
+        raise NotSolvedError(f"no way found: each that is known takes more than {MOST} steps")
+    if shortest > scenario.horizon + 1e-9:
+        raise NotSolvedError(
+            f"no motion found: the quickest one that is known takes {shortest:g} s, "
+            f"the horizon is {scenario.horizon:g} s"
+        )
 
 
 def greedy_gait(scenario: Scenario, way: Carried | None = None, pace: StepPace | None = None) -> Scenario:
@@ -87,41 +110,28 @@ def greedy_gait(scenario: Scenario, way: Carried | None = None, pace: StepPace |
 
     Raises:
         InputError: the gait does not suit the scenario.
-        ValueError: the way takes more than `MOST` steps.
+        TooManyStepsError: the way takes more than `MOST` steps.
     """
+    way = carried_ways(scenario)[0] if way is None else way
     pace = StepPace.of(scenario) if pace is None else pace
-    walk = walked(carried_ways(scenario)[0] if way is None else way, pace)
-    gait: dict[str, Any] = {"kind": "schedule" if walk.steps else "drive", **_asked_of_any(scenario.gait)}
-    for leg, lift_off in walk.steps:
-        swing = [round(k * pace.interval, 6) for k in (lift_off, lift_off + pace.swing)]
-        gait.setdefault(LEG_NAMES[leg], []).append(swing)
-    values: Mapping[str, Any] = {
-        "gait": gait,
-        "interval": pace.interval,
-        "horizon": round(walk.now * pace.interval, 6),
+    return scenario.with_values(walk_values(scenario, walked(way, pace)))
+
+
+def walk_values(scenario: Scenario, walk: Walk) -> dict[str, object]:
+    """What the steps of a walk set of a scenario."""
+    h = walk.pace.interval
+    asked = {
+        name: value for name in BaseGait.model_fields if (value := getattr(scenario.gait, name)) is not None
     }
-    return scenario.with_values(values)
+    gait: dict[str, Any] = {"kind": "schedule" if walk.steps else "drive", **asked}
+    for leg, lift_off in walk.steps:
+        swing = [round(k * h, 6) for k in (lift_off, lift_off + walk.pace.swing)]
+        gait.setdefault(LEG_NAMES[leg], []).append(swing)
+    return {"gait": gait, "interval": h, "horizon": round(walk.now * h, 6)}
 
 
-def step_candidates(scenario: Scenario) -> Iterator[StepCandidate]:
-    """Gaits in the order in which they are worth trying: the quick before the slow, the usual pace first."""
-    ways = carried_ways(scenario)
-    for slower in SLOWER:
-        pace = StepPace.of(scenario, slower)
-        found = []
-        for way in ways:
-            name = "direct" if way is ways[-1] else "turns where it is cheap"
-            try:
-                gait = greedy_gait(scenario, way, pace)
-            except ValueError:
-                continue
-            found.append(StepCandidate(gait, f"{name}, pace {1.0 / slower:.2g}", gait.horizon))
-        yield from sorted(found, key=lambda candidate: candidate.score)
-
-
-def _asked_of_any(gait: BaseGait) -> dict[str, Any]:
-    """What was asked of the gait whatever its kind."""
-    return {name: value for name in BaseGait.model_fields if (value := getattr(gait, name)) is not None}
+class TooManyStepsError(Exception):
+    """A way takes more than `MOST` steps."""
 
 
 class Walk:
@@ -172,7 +182,7 @@ class Walk:
 
 
 def walked(way: Carried, pace: StepPace) -> Walk:
-    """A way gone to its end by the steps that must be taken. ValueError: there are too many."""
+    """A way gone to its end by the steps that must be taken. Raises `TooManyStepsError`."""
     walk = Walk(way, pace)
     walk.go_on(pace.shift, rate=0.0)
     h = pace.interval
@@ -200,4 +210,4 @@ def walked(way: Carried, pace: StepPace) -> Walk:
         else:
             walk.go_on(max(0, int(way.begins[-1] / h) - walk.now) + pace.shift)
             return walk
-    raise ValueError(f"more than {MOST} steps")
+    raise TooManyStepsError

@@ -380,6 +380,8 @@ class Scenario(Config):
         for leg, data in enumerate(self.body.leg_list):
             in_stance = self.schedule.contact[leg]
             rolling = 0.0 if data.foot == "point" else self.speed_max(leg)
+            if data.foot == "point" and self.gait.kind == "discover":  # its steps are not known yet
+                rolling = swing_speed
             speeds = np.where(in_stance, rolling, swing_speed)
             distances.append(float(durations @ speeds))
         return min(distances)
