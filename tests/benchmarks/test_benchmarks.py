@@ -25,6 +25,7 @@ PAGE = ROOT / "docs" / "benchmarks.md"
         ("many_goals", 2),
         ("pushes", 1),
         ("terrain", 1),
+        ("flat_goals", 3),
     ],
     ids=lambda value: str(value),
 )
