@@ -26,6 +26,7 @@ PAGE = ROOT / "docs" / "benchmarks.md"
         ("pushes", 1),
         ("terrain", 1),
         ("random_worlds", 1),
+        ("flat_goals", 3),
     ],
     ids=lambda value: str(value),
 )

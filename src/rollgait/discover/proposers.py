@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Final
 
 from rollgait.discover.candidate import Proposer
+from rollgait.discover.greedy import stepping
 from rollgait.discover.rolling import rolling
 
-PROPOSERS: Final[tuple[Proposer, ...]] = (rolling,)
+PROPOSERS: Final[tuple[Proposer, ...]] = (rolling, stepping)
 """All of them are asked; what they propose is tried in the order of the scores."""

@@ -24,6 +24,6 @@ def driving(scenario: Scenario, gait: Discover) -> Scenario:
         f"bounds.{name}": value for name, value in asked.items() if getattr(scenario.bounds, name) is None
     }
     shared = {name: getattr(gait, name) for name in BaseGait.model_fields}
-    return scenario.with_values(
-        {**values, "gait": Drive(**shared).model_dump(mode="json"), "horizon": scenario.horizon}
-    )
+    with_reserves = scenario.with_values({**values, "horizon": scenario.horizon})
+    # not checked: on point feet it gets nowhere without its steps
+    return with_reserves.model_copy(update={"gait": Drive(**shared)})

@@ -24,8 +24,8 @@ from rollgait.discover.serial import gait_values
 from rollgait.discover.timing import Pace, timed
 from rollgait.errors import NotSolvedError
 from rollgait.footing.footing import Array
-from rollgait.footing.on_terrain import poses_of, regions_for, rise_max
-from rollgait.footing.pace import turn_lever
+from rollgait.footing.on_terrain import regions_for, rise_max
+from rollgait.footing.pace import poses_of, turn_lever
 from rollgait.footing.route import BaseWay
 from rollgait.scenario.scenario import Scenario
 

@@ -10,8 +10,8 @@ from rollgait.discover.candidate import goals_along
 from rollgait.discover.crossings import Crossing, crossings, lengths
 from rollgait.discover.timing import Pace, Timed, timed
 from rollgait.footing.footing import Array
-from rollgait.footing.on_terrain import poses_of, regions_for, rise_max
-from rollgait.footing.pace import turn_lever
+from rollgait.footing.on_terrain import regions_for, rise_max
+from rollgait.footing.pace import poses_of, turn_lever
 from rollgait.footing.route import BaseWay
 from rollgait.scenario.scenario import Scenario
 

@@ -11,7 +11,7 @@ import numpy as np
 from rollgait.dynamics.step import rotation
 from rollgait.footing.around import Ways
 from rollgait.footing.footing import FEET, Array, Footing
-from rollgait.footing.pace import driving_time
+from rollgait.footing.pace import driving_time, poses_of
 from rollgait.footing.phases import FeetPaths, Swinging
 from rollgait.footing.route import Route, find_route
 from rollgait.ocp.lift import minimum_jerk
@@ -108,14 +108,6 @@ def standing(robot: Robot, regions: list[Regions], place: Array, yaw: float) -> 
         base[2] = ground + robot.height
         in_base[:, 2] = ((feet - base[:3]) @ np.array(rotation(np, list(base[3:]))))[:, 2]
     return base, feet
-
-
-def poses_of(scenario: Scenario) -> Array:
-    """Start and goals, (x, y, yaw), (g + 1, 3)."""
-    start, goal = scenario.start, scenario.goal
-    places = [(start.x, start.y, start.yaw_deg), (goal.x, goal.y, goal.yaw_deg)]
-    places += [(g.x, g.y, g.yaw_deg) for g in goal.then if g.at < scenario.horizon]
-    return np.array([[x, y, np.radians(yaw)] for x, y, yaw in places])
 
 
 def _progress(scenario: Scenario, schedule: ContactSchedule, poses: Array, times: Array) -> Array:

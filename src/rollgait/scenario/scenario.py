@@ -346,7 +346,7 @@ class Scenario(Config):
         require_stance(self.terrain, self.body, (last.x, last.y, last.yaw_deg), name, with_margin=False)
 
     def _check_goal_distance(self) -> None:
-        """The CoM gets no further than the feet roll at full speed and the boxes lean, goal by goal."""
+        """The CoM gets no further than feet roll at full speed, boxes lean and it turns about a foot."""
         box = self.bounds.box or self.body.box
         lean = 2.0 * math.hypot(box[0], box[1])
         names = ["goal", *(f"goal.then.{k}" for k in range(len(self.goal.then)))]
@@ -356,10 +356,12 @@ class Scenario(Config):
             if begin >= self.horizon:
                 rule = f"must lie within the horizon of {self.horizon} s"
                 raise InputError(f"{name}.at", begin, rule)
-        x, y = self.start.x, self.start.y
+        x, y, yaw = self.start.x, self.start.y, self.start.yaw_deg
+        lever = float(np.linalg.norm(self.body.stance[:, :2], axis=1).max())
         for name, goal, begin, end in zip(names, goals, begins, [*begins[1:], self.horizon], strict=True):
             distance = math.hypot(goal.x - x, goal.y - y)
-            reach = self._farthest(begin, end) + lean
+            turn = math.radians(min(abs(goal.yaw_deg - yaw), 180.0))
+            reach = self._farthest(begin, end) + lean + 2.0 * lever * math.sin(0.5 * turn)
             if distance > reach:
                 raise InputError(
                     name,
@@ -367,7 +369,7 @@ class Scenario(Config):
                     f"must be within {reach:.3g} m, which the speed limits allow in {end - begin:.4g} s; "
                     f"it is {distance:.3g} m away",
                 )
-            x, y = goal.x, goal.y
+            x, y, yaw = goal.x, goal.y, goal.yaw_deg
 
     def _farthest(self, begin: float, end: float) -> float:
         """How far the slowest foot that must come along can get, m."""
@@ -378,6 +380,8 @@ class Scenario(Config):
         for leg, data in enumerate(self.body.leg_list):
             in_stance = self.schedule.contact[leg]
             rolling = 0.0 if data.foot == "point" else self.speed_max(leg)
+            if data.foot == "point" and self.gait.kind == "discover":  # its steps are not known yet
+                rolling = swing_speed
             speeds = np.where(in_stance, rolling, swing_speed)
             distances.append(float(durations @ speeds))
         return min(distances)

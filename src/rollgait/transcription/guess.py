@@ -9,21 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.dynamics.foot import planar_inputs
 from rollgait.footing.pace import driving_time
+from rollgait.footing.stepping import stepping_route
 from rollgait.ocp.lift import lift, minimum_jerk
 from rollgait.ocp.problem import Problem
 from rollgait.plan.samples import Samples, level_contact
 from rollgait.robot.robot import Robot
 from rollgait.transcription.headings import headings_along, rate_limited
-
-if TYPE_CHECKING:
-    from rollgait.footing.route import Route
 
 Array = NDArray[np.float64]
 MotionGuess = Callable[[Array], Samples]
@@ -55,17 +52,30 @@ class _Guess:
     def __post_init__(self) -> None:
         schedule = self.problem.schedule
         self.grid = np.linspace(0.0, schedule.horizon, GRID * schedule.intervals + 1)
-        terrain = self.problem.terrain
-        if terrain is None:
+        route = self._route()
+        self.by_route = route is not None
+        if route is None:
             self.base, self.base_rate = self._base_path(self.grid)
-            self.foot = np.stack([self._foot_path(leg) for leg in range(4)], axis=1)
+            self.foot = np.stack([self._nominal(leg, self.base) for leg in range(4)], axis=1)
         else:
-            self.base = self._base_on_terrain(self.grid, terrain.route)
+            times, base, feet = route
+            self.base = self._base_along(self.grid, _interpolate(self.grid, times, base))
             self.base_rate = np.gradient(self.base, self.grid, axis=0)
-            self.foot = _interpolate(self.grid, terrain.route.times, terrain.route.feet)
+            self.foot = _interpolate(self.grid, times, feet)
         self.foot_rate = np.gradient(self.foot, self.grid, axis=0)
         self.heading = self._heading_paths()
         self.heading_rate = np.gradient(self.heading, self.grid, axis=0)
+
+    def _route(self) -> tuple[Array, Array, Array] | None:
+        """Times, poses of the base (n, 3), places of the feet (n, 4, 2) where they do not just follow."""
+        problem, terrain = self.problem, self.problem.terrain
+        if terrain is not None:
+            return terrain.route.times, terrain.route.base, terrain.route.feet
+        kinds = [leg.foot for leg in problem.robot.leg_list]
+        swings = np.asarray(~problem.schedule.contact.all(axis=1))
+        if not any(kind == "point" or (kind == "fixed" and swings[leg]) for leg, kind in enumerate(kinds)):
+            return None
+        return problem.schedule.node_times, *stepping_route(problem.scenario, problem.schedule)
 
     # -- base --------------------------------------------------------------------------------------------
 
@@ -79,7 +89,7 @@ class _Guess:
         begin = 0.0
         for k, end in enumerate(ends):
             change = poses[k + 1] - poses[k]
-            duration = self._duration(change, end - begin)
+            duration = driving_time(scenario, change[[0, 1, 3]], end - begin)
             # the cost looks ahead: half-way when the goal switches
             first = 0.0 if k == 0 else begin - 0.5 * duration
             value, slope = minimum_jerk((times - max(first, 0.0)) / duration)
@@ -92,21 +102,15 @@ class _Guess:
         rate[:, aside] += (np.sin(2.0 * phase) * np.pi / ends[-1])[:, None] * self.detour
         return pose, rate
 
-    def _base_on_terrain(self, times: Array, route: Route) -> Array:
-        """(r, θ) at times, (n, 6): the route's, as high and tilted as the ground asks for."""
+    def _base_along(self, times: Array, pose: Array) -> Array:
+        """(r, θ) at times, (n, 6), of poses x, y, yaw: as high and tilted as the ground asks for."""
         nodes = self.problem.schedule.node_times
         ground, pitch, roll = (np.interp(times, nodes, column) for column in self.problem.footing.base.T)
-        x, y, yaw = _interpolate(times, route.times, route.base).T
+        x, y, yaw = pose.T
         z = ground + self.problem.robot.height
         phase = np.sin(np.pi * times / nodes[-1]) ** 2
         aside = self.detour[:, None] * phase
         return np.stack([x + aside[0], y + aside[1], z, yaw + aside[2], pitch, roll], axis=-1)
-
-    def _duration(self, change: Array, available: float) -> float:
-        """Time for a change of pose, s: feet that step take all there is, wheels hurry as the cost asks."""
-        if any(leg.foot == "point" for leg in self.problem.robot.leg_list):
-            return available
-        return driving_time(self.problem.scenario, change[[0, 1, 3]], available)
 
     def _nominal(self, leg: int, pose: Array) -> Array:
         """Nominal contact point below base poses (n, 6), in the plane: (n, 2)."""
@@ -115,30 +119,6 @@ class _Guess:
         return np.asarray(pose[:, :2] + np.stack([c * p[0] - s * p[1], s * p[0] + c * p[1]], axis=-1))
 
     # -- feet --------------------------------------------------------------------------------------------
-
-    def _foot_path(self, leg: int) -> Array:
-        """Contact point in the plane on the grid, (n, 2)."""
-        nominal = self._nominal(leg, self.base)
-        if self.problem.robot.leg_list[leg].foot == "point":
-            return self._footholds(leg, nominal)
-        return nominal
-
-    def _footholds(self, leg: int, nominal: Array) -> Array:
-        """A foot that stands where the base will be half-way through its stance, and swings between."""
-        times, nodes = self.grid, self.problem.schedule.node_times
-        swings = [swing for swing in self.problem.schedule.swings() if swing.leg == leg]
-        result = np.tile(self.problem.start.p_foot[leg, :2], (times.size, 1))
-        place = result[0]
-        for number, swing in enumerate(swings):
-            begin, end = nodes[[swing.lift_off, swing.touch_down]]
-            is_last = number + 1 == len(swings)
-            next_lift = times[-1] if is_last else nodes[swings[number + 1].lift_off]
-            wanted = times[-1] if is_last else 0.5 * (end + next_lift)
-            target = np.array([np.interp(wanted, times, nominal[:, axis]) for axis in range(2)])
-            value = minimum_jerk((times - begin) / (end - begin))[0][:, None]
-            result = np.where(times[:, None] >= begin, place + value * (target - place), result)
-            place = target
-        return result
 
     def _heading_paths(self) -> Array:
         """σ on the grid, (n, 4): along the feet's paths, in their range, no faster than they can steer."""
@@ -165,7 +145,7 @@ class _Guess:
 
     def __call__(self, times: Array) -> Samples:
         problem = self.problem
-        if problem.terrain is None:
+        if not self.by_route:
             base, base_rate = self._base_path(times)
         else:
             base, base_rate = (_interpolate(times, self.grid, v) for v in (self.base, self.base_rate))

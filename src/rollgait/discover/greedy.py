@@ -1,0 +1,213 @@
+"""Steps of feet that cannot do what the motion asks: fixed wheels that must turn or go sideways, point feet.
+
+The base is carried to its goals on flat ground as fast as its feet allow. Each foot rolls as far as it can.
+One that would leave its box before its turn comes again steps, one foot at a time, and lands where its
+nominal place will be, as late as its box allows; meanwhile the base goes on so far that the others keep until
+it is their turn. Feet that have stepped end at their nominal places. No solver is asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from rollgait.discover.candidate import Candidate
+from rollgait.errors import NotSolvedError
+from rollgait.footing.carried import NOTHING, Carried, Feet, carried_ways
+from rollgait.footing.footing import FEET
+from rollgait.robot.robot import GRAVITY, LEG_NAMES
+from rollgait.scenario.gait import BaseGait
+from rollgait.scenario.scenario import Scenario
+
+SWING: Final = 2.2
+"""Length of a swing in units of √(height / g), s: half a second where the CoM is half a metre high."""
+SHIFT: Final = 0.4
+"""Time between two swings, in which the base moves over the feet that will stand, in swings."""
+FEWEST: Final = 4
+"""Intervals of a swing at least."""
+OTHER_PACES: Final = (1.4, 0.8)
+"""How much longer than usual, or shorter, all steps take in what else is tried."""
+DOUBT: Final = 20.0
+"""What another pace than the usual counts in the score, s: that is tried last."""
+SOON: Final = 0.3
+"""Feet that must step within this of one another, in parts of the time between two steps, take turns."""
+MOST: Final = 400
+"""Steps, beyond which a way is given up."""
+
+CYCLE: Final = tuple(LEG_NAMES.index(name) for name in ("HR", "FR", "HL", "FL"))
+"""Turns of feet that must step at the same time: a front foot after the hind one of its side."""
+
+
+@dataclass(frozen=True)
+class StepPace:
+    """How steps follow one another, in intervals of the mesh.
+
+    Attributes:
+        interval: length of one, s.
+        swing: length of a swing.
+        shift: between two swings.
+    """
+
+    interval: float
+    swing: int
+    shift: int
+
+    @classmethod
+    def of(cls, scenario: Scenario, slower: float = 1.0) -> StepPace:
+        """What suits a robot, on the mesh of the scenario if that is fine enough."""
+        swing = slower * SWING * float(np.sqrt(scenario.body.height / GRAVITY))
+        interval = min(scenario.interval, round(swing / FEWEST, 3))
+        count = round(swing / interval)
+        return cls(interval, count, max(1, round(SHIFT * count)))
+
+
+def stepping(scenario: Scenario) -> Iterator[Candidate]:
+    """The candidates for feet that cannot roll everywhere, on flat ground: the usual pace first, then others.
+
+    Raises:
+        NotSolvedError: they take longer than the horizon allows.
+    """
+    if scenario.ground.kind != "flat" or all(leg.foot == "steerable" for leg in scenario.body.leg_list):
+        return
+    ways = carried_ways(scenario)
+    shortest = np.inf
+    for number, slower in enumerate((1.0, *OTHER_PACES)):
+        pace = StepPace.of(scenario, slower)
+        found = []
+        for way in ways:
+            name = "steps on the direct way" if way is ways[-1] else "turns where that takes few steps"
+            try:
+                values = walk_values(scenario, walked(way, pace))
+            except TooManyStepsError:
+                continue
+            horizon = float(str(values["horizon"]))
+            shortest = min(shortest, horizon)
+            if horizon <= scenario.horizon + 1e-9:
+                name = name if slower == 1.0 else f"{name}, {slower:g} × the time"
+                found.append(Candidate(name, horizon + DOUBT * number, values))
+        yield from sorted(found, key=lambda candidate: candidate.score)
+    if np.isinf(shortest):
+        raise NotSolvedError(f"no way found: each that is known takes more than {MOST} steps")
+    if shortest > scenario.horizon + 1e-9:
+        raise NotSolvedError(
+            f"no motion found: the quickest one that is known takes {shortest:g} s, "
+            f"the horizon is {scenario.horizon:g} s"
+        )
+
+
+def greedy_gait(scenario: Scenario, way: Carried | None = None, pace: StepPace | None = None) -> Scenario:
+    """The same scenario with the steps that must be taken, on its mesh, and the time that they need.
+
+    Where nothing must step it drives.
+
+    Args:
+        scenario: on flat ground.
+        way: of the base; the most promising one if not given.
+        pace: how steps follow one another; the usual one if not given.
+
+    Raises:
+        InputError: the gait does not suit the scenario.
+        TooManyStepsError: the way takes more than `MOST` steps.
+    """
+    way = carried_ways(scenario)[0] if way is None else way
+    pace = StepPace.of(scenario) if pace is None else pace
+    return scenario.with_values(walk_values(scenario, walked(way, pace)))
+
+
+def walk_values(scenario: Scenario, walk: Walk) -> dict[str, object]:
+    """What the steps of a walk set of a scenario."""
+    h = walk.pace.interval
+    asked = {
+        name: value for name in BaseGait.model_fields if (value := getattr(scenario.gait, name)) is not None
+    }
+    gait: dict[str, Any] = {"kind": "schedule" if walk.steps else "drive", **asked}
+    for leg, lift_off in walk.steps:
+        swing = [round(k * h, 6) for k in (lift_off, lift_off + walk.pace.swing)]
+        gait.setdefault(LEG_NAMES[leg], []).append(swing)
+    return {"gait": gait, "interval": h, "horizon": round(walk.now * h, 6)}
+
+
+class TooManyStepsError(Exception):
+    """A way takes more than `MOST` steps."""
+
+
+class Walk:
+    """A base on its way by steps.
+
+    Attributes:
+        steps: leg and lift-off, the latter in intervals, in their order.
+        now: in intervals.
+        gone: how far the base has come, s of the way.
+        trace: at the beginning of each interval: how far it had come then, and where each foot was nominal.
+    """
+
+    def __init__(self, way: Carried, pace: StepPace) -> None:
+        self.way, self.pace, self.feet = way, pace, Feet(way)
+        self.steps: list[tuple[int, int]] = []
+        self.now, self.gone = 0, 0.0
+        self.trace: list[tuple[float, tuple[int, ...]]] = []
+        aside, turned = float(way.sideways[-1].sum()), float(way.base[-1, 2] - way.base[0, 2])
+        to_the_right = (turned if abs(aside) < NOTHING else aside) < 0.0
+        self.cycle = CYCLE[2:] + CYCLE[:2] if to_the_right else CYCLE  # mirrored, as the way is
+
+    @property
+    def slot(self) -> float:
+        """From one lift-off to the next, s."""
+        return (self.pace.swing + self.pace.shift) * self.pace.interval
+
+    def turn(self, leg: int) -> int:
+        """How soon it is the turn of a foot among those that must step at the same time."""
+        after = 0 if not self.steps else self.cycle.index(self.steps[-1][0]) + 1
+        return (self.cycle.index(leg) - after) % FEET
+
+    def go_on(self, intervals: int, rate: float = 1.0) -> None:
+        """Time passes."""
+        for _ in range(intervals):
+            most = max(self.gone, self.way.open_until(self.now * self.pace.interval))
+            self.trace.append((self.gone, tuple(self.feet.at)))
+            self.gone = min(self.gone + rate * self.pace.interval, most)
+            self.now += 1
+
+    def step(self, leg: int, others: list[tuple[float, int]]) -> None:
+        """A foot steps while the base goes on as far as the others allow, (until when they keep, leg)."""
+        rates = ((keeps - self.gone) / ((k + 1) * self.slot) for k, (keeps, _) in enumerate(others))
+        rate = max(0.0, min(1.0, *rates, 1.0))
+        self.steps.append((leg, self.now))
+        self.go_on(self.pace.swing, rate)
+        self.feet.land(leg, self.gone)
+        self.go_on(self.pace.shift, rate)
+
+
+def walked(way: Carried, pace: StepPace) -> Walk:
+    """A way gone to its end by the steps that must be taken. Raises `TooManyStepsError`."""
+    walk = Walk(way, pace)
+    walk.go_on(pace.shift, rate=0.0)
+    h = pace.interval
+    while len(walk.steps) < MOST:
+        keeps = [walk.feet.keeps_until(leg, walk.gone) for leg in range(FEET)]
+        must = [(keeps[leg], leg) for leg in range(FEET) if np.isfinite(keeps[leg])]
+        must.sort(key=lambda each: (round((each[0] - walk.gone) / (SOON * walk.slot)), walk.turn(each[1])))
+        now = walk.now * h
+        slack = min(
+            (way.there_at(at, now, walk.gone) - now - (k + 1) * walk.slot for k, (at, _) in enumerate(must)),
+            default=np.inf,
+        )
+        if slack < h:
+            walk.step(must[0][1], must[1:])
+            continue
+        late = [leg for leg in range(FEET) if not walk.feet.is_settled(leg) and not np.isfinite(keeps[leg])]
+        wait, _, leg = min(
+            ((walk.feet.may_settle(leg) - walk.gone - pace.swing * h, walk.turn(leg), leg) for leg in late),
+            default=(np.inf, 0, 0),
+        )
+        if wait < h:
+            walk.step(leg, must)
+        elif walk.gone < way.duration - 1e-9:
+            walk.go_on(max(1, int(min(wait, slack, walk.slot) / h)))
+        else:
+            walk.go_on(max(0, int(way.begins[-1] / h) - walk.now) + pace.shift)
+            return walk
+    raise TooManyStepsError

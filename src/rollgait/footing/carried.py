@@ -1,0 +1,255 @@
+"""A base that is carried to its goals on flat ground, and its feet in their boxes until they step.
+
+Of a foot counts where it is in its box: e = Rz(yaw)ᵀ (p − r) − p̄ in x and y. A point foot stands still. A
+fixed wheel rolls until it is abreast of its nominal place; what is left is its distance across its heading,
+and that changes as the nominal place moves across it, wherever the wheel is. A steerable wheel follows.
+
+Fixed wheels turn or go sideways by stepping only, but roll forwards for nothing, and who turns by stepping
+may go sideways meanwhile, half the way from axle to axle per radian. So ways differ in where they turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+
+from rollgait.footing.footing import FEET, Array
+from rollgait.footing.pace import goal_times, poses_of, turn_lever
+from rollgait.robot.robot import Robot
+from rollgait.scenario.scenario import Scenario
+
+STEP: Final = 0.02
+"""s, between two places of a way."""
+SPEED: Final = 0.5
+"""m/s; of the base at most."""
+SPEED_OF_WHEELS: Final = 0.6
+"""The same in parts of the top speed of the slowest foot: a wheel that has stepped has to catch up."""
+NOTHING: Final = 1e-6
+"""m; a shorter way is none."""
+RAMP: Final = 1.0
+"""s, in which the base takes up its speed, and in which it comes to rest, where the way is long enough."""
+REACH: Final = 0.75
+"""Part of the box in which feet are used: the rest is for the base, which moves over the feet that stand."""
+REACH_OF_HEIGHT: Final = 0.28
+"""The most that this is, in heights of the CoM: longer steps take longer than the usual swing."""
+HEADINGS: Final = 36
+"""Yaws to each side, over a quarter turn, at which it is tried to drive."""
+WAY_OF_EFFORT: Final = 0.1
+"""How much turns count even where they are for nothing: of two ways as good, that which turns less."""
+WORTH: Final = 1.1
+"""A way that turns elsewhere than the direct one is looked at if that has so many times its effort."""
+LAND: Final = 0.25
+"""Utility with which a foot lands at least: so far before its nominal place it may be."""
+LAND_LAST: Final = 0.1
+"""The same of its last step, which ends at its place below the goal."""
+SETTLED: Final = 0.9
+"""Utility at the end with which a foot that has stepped need not step again: landing places can be moved."""
+AHEAD: Final = 3.0
+"""s of the way: by so much before its nominal place a foot lands at most."""
+
+
+@dataclass(frozen=True)
+class Carried:
+    """A base on its way, as fast as it may go, and its feet.
+
+    Attributes:
+        base: x, y, yaw every `STEP` s, (n, 3), m and rad.
+        reached: when each goal is, (g,), s.
+        begins: from when on the base may go to each goal, (g,), s of the motion.
+        nominal: places of the feet in the plane, (n, 4, 2), m.
+        sideways: how far the nominal place of each foot has come across the heading of its wheel, (n, 4), m.
+        robot: whose feet they are.
+        box: half-sizes of where feet are used, (2,), m.
+    """
+
+    base: Array
+    reached: Array
+    begins: Array
+    nominal: Array
+    sideways: Array
+    robot: Robot
+    box: Array
+
+    @classmethod
+    def through(cls, legs: Sequence[Array], scenario: Scenario) -> Carried:
+        """Straight from pose to pose, at rest at each.
+
+        Args:
+            legs: of the way, one to each goal: x, y, yaw, (m, 3), m and rad, from where the one before ends.
+            scenario: with its robot, on flat ground.
+        """
+        robot = scenario.body
+        speed = min(SPEED, SPEED_OF_WHEELS * min(scenario.speed_max(leg) for leg in range(FEET)))
+        parts, count, reached = [legs[0][:1]], 0, []
+        for leg in legs:
+            for a, b in pairwise(leg):
+                shares = _shares(
+                    float(np.hypot(*(b - a)[:2]) + turn_lever(robot.stance) * abs(b[2] - a[2])), speed
+                )
+                parts.append(a + shares[:, None] * (b - a))
+                count += len(shares)
+            reached.append(count * STEP)
+        base = np.vstack(parts)
+        c, s = np.cos(base[:, 2:]), np.sin(base[:, 2:])
+        x, y = robot.stance[:, 0], robot.stance[:, 1]
+        nominal = np.stack([base[:, :1] + c * x - s * y, base[:, 1:2] + s * x + c * y], axis=-1)
+        heading = base[:, 2:] + np.array([leg.heading for leg in robot.leg_list])
+        middle, moved = 0.5 * (heading[1:] + heading[:-1]), np.diff(nominal, axis=0)
+        across = moved[..., 1] * np.cos(middle) - moved[..., 0] * np.sin(middle)
+        sideways = np.vstack([np.zeros(FEET), np.cumsum(across, axis=0)])
+        box = np.array(scenario.value_of("bounds", "box") or robot.box)[:2]
+        used = np.minimum(REACH * box, REACH_OF_HEIGHT * robot.height)
+        return cls(base, np.array(reached), np.array(goal_times(scenario)), nominal, sideways, robot, used)
+
+    @property
+    def duration(self) -> float:
+        """Of the whole way, s."""
+        return STEP * (len(self.base) - 1)
+
+    def index(self, time: float) -> int:
+        """Number of the place at a time (s) of the way, the last one after its end."""
+        return min(int(time / STEP + 0.5), len(self.base) - 1)
+
+    def open_until(self, time: float) -> float:
+        """How far the base may be at a time (s) of the motion, s of the way: later goals begin later."""
+        return float(self.reached[np.searchsorted(self.begins, time + 1e-9, side="right") - 1])
+
+    def there_at(self, place: float, time: float, gone: float) -> float:
+        """When the base gets to a place (s of the way) at the earliest, s of the motion."""
+        result = time + place - gone
+        for begin, before in zip(self.begins[1:], self.reached[:-1], strict=True):
+            if before < place:
+                result = max(result, begin + place - max(before, gone))
+        return float(result)
+
+    def offsets(self, leg: int, nominal_at: int | slice, at: int | slice) -> Array:
+        """Places in its box, (n, 2), m, base-yaw axes, of a foot that does not step.
+
+        Args:
+            leg: 0 … 3.
+            nominal_at: numbers of the places of the way at which it is, or was, or will be nominal.
+            at: numbers of those at which this is asked; one of both is a single one.
+        """
+        data = self.robot.leg_list[leg]
+        if data.foot == "steerable":
+            return np.zeros((max(np.size(self.base[nominal_at, 0]), np.size(self.base[at, 0])), 2))
+        if data.foot == "fixed":
+            across = self.sideways[nominal_at, leg] - self.sideways[at, leg]
+            return np.stack([-np.sin(data.heading) * across, np.cos(data.heading) * across], axis=-1)
+        x, y = (self.nominal[nominal_at, leg] - self.nominal[at, leg]).T
+        c, s = np.cos(self.base[at, 2]), np.sin(self.base[at, 2])
+        return np.stack([c * x + s * y, c * y - s * x], axis=-1)
+
+    def utility(self, leg: int, nominal_at: int | slice, at: int | slice) -> Array:
+        """1 where a foot is nominal, 0 at the border of what it uses of its box, less beyond, (n,)."""
+        return np.asarray(1.0 - np.linalg.norm(self.offsets(leg, nominal_at, at) / self.box, axis=-1))
+
+    @property
+    def effort(self) -> float:
+        """How many times all feet together would cross half of their boxes."""
+        result = 0.0
+        for leg, data in enumerate(self.robot.leg_list):
+            if data.foot == "fixed":
+                across = np.array([np.sin(data.heading), np.cos(data.heading)]) / self.box
+                result += np.linalg.norm(across) * np.abs(np.diff(self.sideways[:, leg])).sum()
+            elif data.foot == "point":
+                x, y = np.diff(self.nominal[:, leg], axis=0).T
+                c, s = np.cos(self.base[1:, 2]), np.sin(self.base[1:, 2])
+                result += np.hypot((c * x + s * y) / self.box[0], (c * y - s * x) / self.box[1]).sum()
+        return float(result)
+
+
+class Feet:
+    """The feet of a base on its way.
+
+    Attributes:
+        way: of the base.
+        at: number of the place of the way at which each foot is nominal: it stands there, or rolls abreast.
+    """
+
+    def __init__(self, way: Carried) -> None:
+        self.way, self.at = way, [0] * FEET
+        self._utility = [way.utility(leg, 0, slice(None)) for leg in range(FEET)]
+        self._has_stepped, self._inside_from = [False] * FEET, [0] * FEET
+
+    def keeps_until(self, leg: int, gone: float) -> float:
+        """Time of the way at which a foot leaves what it uses of its box, inf if it does not."""
+        now = max(self.way.index(gone), self._inside_from[leg])
+        outside = np.flatnonzero(self._utility[leg][now:] < 0.0)
+        return STEP * max(now, now + int(outside[0]) - 1) if outside.size else np.inf
+
+    def is_settled(self, leg: int) -> bool:
+        """Whether a foot ends where it has to: nominal, if it has stepped at all."""
+        return not self._has_stepped[leg] or bool(self._utility[leg][-1] >= SETTLED)
+
+    def may_settle(self, leg: int) -> float:
+        """From when on (s of the way) a foot may land for good."""
+        early = np.flatnonzero(self.way.utility(leg, -1, slice(None)) < LAND_LAST)
+        return STEP * float(early[-1] + 1) if early.size else 0.0
+
+    def land(self, leg: int, gone: float, for_good: bool = False) -> None:
+        """Puts a foot down where it will be nominal as late as its box allows, or at the end."""
+        way, now, last = self.way, self.way.index(gone), len(self.way.base) - 1
+        if for_good or way.utility(leg, last, slice(now, None)).min() >= LAND_LAST:
+            self.at[leg] = last
+        else:
+            there = way.utility(leg, slice(now, now + round(AHEAD / STEP)), now)
+            too_far = np.flatnonzero(there < LAND)
+            self.at[leg] = now + int(too_far[0] if too_far.size else there.size) - 1
+        self._utility[leg] = way.utility(leg, self.at[leg], slice(None))
+        self._inside_from[leg] = now + int(np.argmax(self._utility[leg][now:] >= 0.0))
+        self._has_stepped[leg] = True
+
+
+def carried_ways(scenario: Scenario) -> list[Carried]:
+    """Ways through start and goals of a scenario on flat ground, the most promising first."""
+    poses = poses_of(scenario)
+    direct = Carried.through([np.array(leg) for leg in pairwise(poses)], scenario)
+    headings = {leg.heading for leg in scenario.body.leg_list if leg.foot == "fixed"}
+    if len(headings) != 1:
+        return [direct]
+    (heading,) = headings
+    legs = [np.vstack([a, _driving(a, b, scenario.body, heading), b]) for a, b in pairwise(poses)]
+    turning = Carried.through(legs, scenario)
+    return [turning, direct] if direct.effort > WORTH * turning.effort else [direct]
+
+
+def _driving(a: Array, b: Array, robot: Robot, heading: float) -> Array:
+    """Poses between two, (2, 3), between which it drives, at the yaw at which least is left for steps."""
+    lever = 0.5 * float(np.ptp(robot.stance[:, 0]))
+    way = b[:2] - a[:2]
+    turns = np.arange(-HEADINGS, HEADINGS + 1) * (0.5 * np.pi / HEADINGS)
+    yaw = np.concatenate([a[2] + turns, b[2] + turns])
+    first, last = np.abs(yaw - a[2]), np.abs(b[2] - yaw)
+    across = way[1] * np.cos(yaw + heading) - way[0] * np.sin(yaw + heading)
+    aside, turned = np.abs(across), lever * (first + last)
+    side = np.sign(way[1] * np.cos(a[2] + heading) - way[0] * np.sin(a[2] + heading))
+    to_the_side = 1e-6 * side * (yaw - a[2])  # of two that mirror one another, that on the side of the goal
+    k = int(np.argmin(np.maximum(aside, turned) + WAY_OF_EFFORT * (aside + turned) - to_the_side))
+    if turned[k] == 0.0:
+        return np.array([a, b])
+    free = min(1.0, turned[k] / max(aside[k], 1e-9)) * across[k]
+    normal = np.array([-np.sin(yaw[k] + heading), np.cos(yaw[k] + heading)]) * free
+    before = first[k] / (first[k] + last[k])
+    return np.array([[*(a[:2] + before * normal), yaw[k]], [*(b[:2] - (1.0 - before) * normal), yaw[k]]])
+
+
+def _shares(length: float, speed: float) -> Array:
+    """How much of a way has been gone after each `STEP`, at rest at both ends and evenly between, (n,)."""
+    if length < NOTHING:
+        return np.zeros(0)
+    ramp = min(RAMP, np.sqrt(length * RAMP / speed))
+    duration = length / speed + ramp
+    count = int(np.ceil(duration / STEP))
+    time = np.arange(1, count + 1) / count * duration
+    return np.asarray((_ramp(time, ramp) - _ramp(time - (duration - ramp), ramp)) / (duration - ramp))
+
+
+def _ramp(time: Array, ramp: float) -> Array:
+    """Integral of a minimum-jerk rise from 0 to 1 within `ramp`."""
+    s = np.clip(time / ramp, 0.0, 1.0)
+    return np.asarray(ramp * s**4 * (2.5 - 3.0 * s + s**2) + np.maximum(time - ramp, 0.0))
