@@ -24,7 +24,7 @@ demo: $(READY) ## Plan CENTAURO's hybrid motion into out/, with its figures; let
 	@echo
 	@echo "Type next:"
 	@echo "  source $(BIN)/activate"
-	@echo "  rollgait check out/$(DEMO).npz      judge the plan again"
+	@echo "  rollgait check out/$(DEMO).npz      show its certificate again"
 	@echo "  rollgait run wheeled                     the whole chain, with a report page"
 	@echo "  rollgait scenarios                       see the other motions"
 	@echo "  rollgait show $(DEMO) > my.yaml    start one of your own"

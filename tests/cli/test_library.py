@@ -1,6 +1,9 @@
 """The commands that list and show what comes with the package."""
 
 import json
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -9,7 +12,7 @@ from tests.library import IN_A_FILE
 import rollgait
 from rollgait.cli.app import run
 from rollgait.config import parse_yaml
-from rollgait.robot import robot_names
+from rollgait.robot import find_robot, robot_names
 from rollgait.scenario import Scenario, find_scenario, scenario_names
 
 COMMANDS = ("plan", "many", "check", "plot", "export", "scenarios", "robots", "show", "cache")
@@ -55,3 +58,27 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
     for command in COMMANDS:
         assert f"\n  {command} " in general
         assert "Usage: rollgait " + command in output(capsys, command, "--help")
+
+
+def test_no_summary_is_cut(capsys: pytest.CaptureFixture[str]) -> None:
+    for group in ((), ("robot",), ("ground",)):
+        assert "..." not in output(capsys, *group, "--help").replace("[ARGS]...", "")
+
+
+def test_a_shown_robot_is_that_robot_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in robot_names():
+        file = tmp_path / "shown.yaml"
+        file.write_text(output(capsys, "robot", "show", name), encoding="utf-8")
+        assert find_robot(str(file)) == find_robot(name)
+        assert json.loads(output(capsys, "robot", "show", name, "--json"))["mass"] == find_robot(name).mass
+
+
+@pytest.mark.parametrize(
+    ("words", "found"), [("show hybrid-f", "hybrid-forward"), ("robot show cent", "centauro")]
+)
+def test_the_shell_completes_names(words: str, found: str) -> None:
+    shell = {"_ROLLGAIT_COMPLETE": "complete_bash", "COMP_WORDS": f"rollgait {words}"}
+    shell["COMP_CWORD"] = str(len(words.split()))
+    command = [sys.executable, "-c", "from rollgait.cli import main; main()"]
+    done = subprocess.run(command, env=os.environ | shell, capture_output=True, text=True, check=False)
+    assert found in done.stdout.split()

@@ -1,10 +1,11 @@
-"""A plan: what was asked, what was found, and how. Frozen; samples, judges, saves and loads itself."""
+"""A plan: what was asked, what was found, and how. Frozen; samples, certifies, saves and loads itself."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -153,9 +154,13 @@ class Plan:
         Raises:
             InputError: a time lies outside the horizon or is not finite.
         """
-        times = np.atleast_1d(np.asarray(time, dtype=float))
+        rule = "must be a number or an array of shape (n,), s"
+        try:
+            times = np.atleast_1d(np.asarray(time, dtype=float))
+        except (TypeError, ValueError):
+            raise InputError("time", time, rule) from None
         if times.ndim != 1:
-            raise InputError("time", times.shape, "must be a number or an array of shape (n,)")
+            raise InputError("time", times.shape, rule)
         outside = times[~((times >= -1e-9) & (times <= self.horizon + 1e-9))]
         if outside.size:
             raise InputError(
@@ -173,7 +178,8 @@ class Plan:
         Raises:
             InputError: the rate is not positive, or asks for more than `MAX_SAMPLES`.
         """
-        if not (np.isfinite(rate) and rate > 0.0):
+        given: Any = rate
+        if not (isinstance(given, Real) and 0.0 < float(given) < math.inf):
             raise InputError("rate", rate, "must be a positive number of samples per second (Hz)")
         if rate * self.horizon > MAX_SAMPLES:
             most = MAX_SAMPLES / self.horizon
@@ -184,7 +190,7 @@ class Plan:
         return self.sample(np.append(inside, self.horizon))
 
     def certificate(self) -> Certificate:
-        """Judges the plan by code that shares nothing with the optimiser (computed once)."""
+        """What is measured of the plan by code that shares nothing with the optimiser (computed once)."""
         return self._certificate
 
     @cached_property
@@ -196,7 +202,7 @@ class Plan:
     # -- files --
 
     def save(self, path: str | Path) -> Path:
-        """Writes the plan as one .npz file (the suffix is added if it is missing); returns its path.
+        """Writes the plan as one .npz file (the suffix is added to a name without one); returns its path.
 
         The map of its ground goes with it: whoever reads the plan needs no other file.
         """

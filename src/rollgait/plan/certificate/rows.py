@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
@@ -47,6 +48,11 @@ class Row:
     sense: Literal["at most", "at least"] = "at most"
     failing: tuple[float, ...] = ()
 
+    @property
+    def nearness(self) -> float:
+        """How near it is to its limit: 1 is at it, 0 far away, more than 1 beyond it; 0 without a limit."""
+        return 0.0 if self.limit is None else nearness(self.worst, self.limit, self.sense == "at least")
+
     def __str__(self) -> str:
         sign = "≤" if self.sense == "at most" else "≥"
         limit = "" if self.limit is None else f"{sign} {self.limit:.4g}"
@@ -57,7 +63,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Certificate:
-    """The judgement of a plan.
+    """What was measured of a plan, and whether it keeps what it promises.
 
     Attributes:
         rows: everything that was measured. What the plan has nothing of (swings, joints) has no row.
@@ -75,6 +81,11 @@ class Certificate:
         """The rows that fail."""
         return tuple(row for row in self.rows if row.verdict == "fail")
 
+    def nearest(self, count: int) -> tuple[Row, ...]:
+        """Of the rows that pass those nearest to their limits, the nearest first, at most `count`."""
+        passing = [row for row in self.rows if row.verdict == "pass"]
+        return tuple(sorted(passing, key=lambda row: row.nearness, reverse=True)[:count])
+
     def row(self, name: str) -> Row:
         """The row of this name. Raises `UnknownNameError`."""
         for row in self.rows:
@@ -91,6 +102,17 @@ class Certificate:
 
     def __str__(self) -> str:
         return "\n".join(str(row) for row in self.rows)
+
+
+def nearness(worst: float, limit: float, at_least: bool) -> float:
+    """How near a value is to its limit: 1 is at it, 0 far away, more than 1 beyond it."""
+    if not math.isfinite(worst):
+        return math.inf
+    if at_least:
+        return math.inf if worst <= 0.0 < limit else max(0.0, limit / worst if worst else 0.0)
+    if limit <= 0.0:
+        return math.inf if worst > limit else 0.0
+    return max(0.0, worst / limit)
 
 
 def measured(
