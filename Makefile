@@ -32,10 +32,11 @@ demo: $(READY) ## Plan CENTAURO's hybrid motion into out/, with its figures; let
 test: $(READY) ## Run the tests.
 	@$(BIN)/python -m pytest -q -n $(WORKERS)
 
-lint: $(READY) ## Check style, types and the tables in docs/.
+lint: $(READY) ## Check style, types (those of README, docs and examples, too) and the tables in docs/.
 	@$(BIN)/ruff check
 	@$(BIN)/ruff format --check --quiet || { echo "run: $(BIN)/ruff format"; exit 1; }
 	@$(BIN)/mypy
+	@$(BIN)/python tools/check_types.py
 	@$(BIN)/python tools/field_tables.py --check
 
 docs: $(READY) ## Write the tables in docs/ anew from the code.

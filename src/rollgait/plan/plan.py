@@ -20,6 +20,7 @@ from rollgait.npz import Layout
 from rollgait.plan.condensed import CondensedTrajectory  # noqa: F401  (so that its files are known)
 from rollgait.plan.samples import Samples
 from rollgait.plan.trajectory import Trajectory
+from rollgait.presented import Shown, Tabular
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.mesh import Mesh
 from rollgait.scenario.scenario import Scenario
@@ -111,7 +112,7 @@ class Statistics:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Shown, Tabular):
     """A planned motion.
 
     Attributes:
@@ -127,6 +128,11 @@ class Plan:
     schedule: ContactSchedule
     trajectory: Trajectory
     statistics: Statistics
+
+    def __repr__(self) -> str:
+        steps = sum(1 for _ in self.schedule.swings())
+        result = f"solved, cost {self.statistics.cost:.4g}" if self.solved else "not solved"
+        return f"<Plan: {self.robot.name}, {self.horizon:g} s, {steps} steps, {result}>"
 
     def with_statistics(self, statistics: Statistics) -> Plan:
         """The same plan with other statistics; what was judged of it stays."""

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.errors import UnknownNameError
+from rollgait.presented import Shown
 from rollgait.robot.robot import LEG_NAMES, LegName
 
 MICROSECONDS = 6
@@ -62,7 +64,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Certificate:
+class Certificate(Shown):
     """What was measured of a plan, and whether it keeps what it promises.
 
     Attributes:
@@ -94,6 +96,14 @@ class Certificate:
         raise UnknownNameError(
             "row", name, [row.name for row in self.rows], "is not a row of this certificate"
         )
+
+    def __repr__(self) -> str:
+        failed = ", ".join(row.name for row in self.failures)
+        return f"<Certificate: {len(self.rows)} rows, {f'not passed: {failed}' if failed else 'passed'}>"
+
+    def to_pandas(self) -> Any:
+        """The rows as a `pandas.DataFrame` by their names. Raises `MissingExtraError` without pandas."""
+        return import_module("rollgait.export.tables").rows_frame(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON; a number that is not finite becomes None."""
