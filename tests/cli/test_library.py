@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,11 @@ from rollgait.robot import find_robot, robot_names
 from rollgait.scenario import Scenario, find_scenario, scenario_names
 
 COMMANDS = ("plan", "many", "check", "plot", "export", "scenarios", "robots", "show", "cache")
+EVERY_COMMAND = (
+    *(*COMMANDS, "search", "track", "simulate", "run", "mpc", "view", "drive", "record"),
+    *("robot import", "robot show", "ground show"),
+)
+ROOT = Path(__file__).parents[2]
 
 
 def output(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
@@ -82,3 +88,24 @@ def test_the_shell_completes_names(words: str, found: str) -> None:
     command = [sys.executable, "-c", "from rollgait.cli import main; main()"]
     done = subprocess.run(command, env=os.environ | shell, capture_output=True, text=True, check=False)
     assert found in done.stdout.split()
+
+
+def options_of(command: str, capsys: pytest.CaptureFixture[str]) -> set[str]:
+    """Options in the help of a command."""
+    text = output(capsys, *command.split(), "--help")
+    return set(re.findall(r"(?<=[ /])--[a-z][a-z-]+", text.partition("\nOptions:")[2])) - {"--help"}
+
+
+@pytest.mark.parametrize("page", ["docs/command-line.md", "CHANGELOG.md"])
+def test_every_command_is_in_the_documents(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    listed = text if page.startswith("docs") else text.partition("- Command line: ")[2].partition("\n- ")[0]
+    for command in EVERY_COMMAND:
+        assert (f"`rollgait {command}" if page.startswith("docs") else command) in listed.replace("\n  ", " ")
+
+
+@pytest.mark.parametrize("command", EVERY_COMMAND)
+def test_every_option_is_in_the_documents(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (ROOT / "docs/command-line.md").read_text(encoding="utf-8")
+    missing = {option for option in options_of(command, capsys) if f"`{option}" not in text}
+    assert not missing

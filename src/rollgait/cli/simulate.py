@@ -175,7 +175,7 @@ def summary_rows(report: SimulationReport) -> list[tuple[str, str, str]]:
         ("CoM, largest", number(MILLI * report.com_worst), "mm"),
         ("slip, median", number(MILLI * report.slip_p50), "mm/s of loaded feet"),
         ("slip, 95 %", number(MILLI * report.slip_p95), "mm/s"),
-        ("real time", number(report.real_time_factor), "times faster"),
+        ("simulated", number(report.real_time_factor), "s of motion per s of computing"),
     ]
 
 

@@ -122,7 +122,8 @@ def _bars(rows: Sequence[Row]) -> str:
     """How near the rows are to their limits, as bars of which the whole length is the limit."""
     lines = []
     for row in rows:
-        share, colour = min(row.nearness, 1.0), BAD if row.verdict == "fail" else GOOD
+        failed = row.verdict == "fail"
+        share, colour = 1.0 if failed else min(row.nearness, 1.0), BAD if failed else GOOD
         value = measure(row.worst, row.limit, row.unit, row.sense == "at least")
         where = " ".join(filter(None, [row.leg, "" if row.time is None else f"{row.time:.2f} s"]))
         bar = (
@@ -130,7 +131,11 @@ def _bars(rows: Sequence[Row]) -> str:
             f'<div style="width:{100.0 * share:.0f}%;height:100%;background:{colour}"></div></div>'
         )
         cells = (escape(row.name), bar, escape(value), escape(where))
-        lines.append("<tr>" + "".join(f'<td style="text-align:left">{cell}</td>' for cell in cells) + "</tr>")
+        lines.append(
+            "<tr>"
+            + "".join(f'<td style="text-align:left;white-space:nowrap">{cell}</td>' for cell in cells)
+            + "</tr>"
+        )
     return f'<table style="font-size:12px;font-variant-numeric:tabular-nums">{"".join(lines)}</table>'
 
 
