@@ -180,6 +180,6 @@ def test_values_that_are_set_are_there_and_all_others_stay(mass: float, leg: Leg
 
 
 def test_a_wrong_value_of_a_robot_is_one_sentence() -> None:
-    for key, value in (("mass", -1.0), ("mas", 1.0), ("legs.FL.foot", "wheel"), ("legs.XX.foot", "point")):
+    for key, value in (("mass", -1.0), ("mas", 1.0), ("legs.FL.foot", "wheel"), ("legs.XX", "point")):
         with pytest.raises(InputError, match=key.replace(".", r"\.")):
             find_robot("centauro").with_values({key: value})
