@@ -72,7 +72,7 @@ def moving_picture(plan: Plan) -> str:
             parts.append(_animated("circle", _numbers({"cx": x2, "cy": y2}), seconds, look))
     return (
         f'<svg viewBox="0 0 {WIDTH:.0f} {side + above:.0f}" role="img" stroke-width="2" '
-        'style="width:100%;height:auto" xmlns="http://www.w3.org/2000/svg">'
+        'style="width:100%;height:auto">'
         "<title>The motion from the side and from above</title>" + "".join(parts) + "</svg>"
     )
 
