@@ -24,7 +24,7 @@ demo: $(READY) ## Find how CENTAURO drives to a kerb, steps up and drives on; dr
 	@echo
 	@echo "Type next:"
 	@echo "  source $(BIN)/activate"
-	@echo "  rollgait check out/$(DEMO).npz      judge the plan again"
+	@echo "  rollgait check out/$(DEMO).npz      show its certificate again"
 	@echo "  rollgait run wheeled                     the whole chain, with a report page"
 	@echo "  rollgait scenarios                       see the other motions"
 	@echo "  rollgait show $(DEMO) > my.yaml    start one of your own"
@@ -32,10 +32,11 @@ demo: $(READY) ## Find how CENTAURO drives to a kerb, steps up and drives on; dr
 test: $(READY) ## Run the tests.
 	@$(BIN)/python -m pytest -q -n $(WORKERS)
 
-lint: $(READY) ## Check style, types and the tables in docs/.
+lint: $(READY) ## Check style, types (those of README, docs and examples, too) and the tables in docs/.
 	@$(BIN)/ruff check
 	@$(BIN)/ruff format --check --quiet || { echo "run: $(BIN)/ruff format"; exit 1; }
 	@$(BIN)/mypy
+	@$(BIN)/python tools/check_types.py
 	@$(BIN)/python tools/field_tables.py --check
 
 docs: $(READY) ## Write the tables in docs/ anew from the code.

@@ -186,7 +186,7 @@ def _times(reference: tuple[str, float], solve: float) -> str:
 
 
 def goals(results: Results) -> str:
-    """What was to be reached, and whether it is."""
+    """What was measured, and in brackets what we aim at."""
     rows = []
     for problem, by_method in results.items():
         if (problem.profile, problem.interval) != ("executable", 0.1):
@@ -198,18 +198,24 @@ def goals(results: Results) -> str:
         rows.append(
             (
                 problem.motion,
-                _judged(compiled.value("solve_time"), limits[0]),
-                _judged(uncompiled.value("solve_time"), limits[1]),
-                _judged(compiled.cold, COLD_GOAL),
-                f"{sign}{ratio:.0f} ≥ {RATIO_GOAL:.0f}: {'reached' if ratio >= RATIO_GOAL else 'missed'}",
+                _with_aim(compiled.value("solve_time"), limits[0]),
+                _with_aim(uncompiled.value("solve_time"), limits[1]),
+                _with_aim(compiled.cold, COLD_GOAL),
+                f"{sign}{ratio:.0f} (at least {RATIO_GOAL:.0f})",
             )
         )
-    columns = ("executable, 0.1 s", "solve, compiled, s", "not compiled, s", "process, s", "× reference")
+    columns = (
+        "executable, 0.1 s; in brackets: aim",
+        "solve, compiled, s",
+        "not compiled, s",
+        "process, s",
+        "× reference",
+    )
     return table(columns, rows) if rows else ""
 
 
-def _judged(value: float, limit: float) -> str:
-    return f"{value:.2f} ≤ {limit}: {'reached' if value <= limit else 'missed'}"
+def _with_aim(value: float, limit: float) -> str:
+    return f"{value:.2f} (at most {limit})"
 
 
 def main() -> None:

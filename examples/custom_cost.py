@@ -24,7 +24,8 @@ class LowBody(rg.Cost):
         }  # m; data is a parameter, not part of the derivatives
 
     def expression(self, x: rg.Instant, d: Data) -> ca.SX:
-        return (x.r[2] - d.wanted) ** 2
+        square: ca.SX = (x.r[2] - d.wanted) ** 2
+        return square
 
 
 class EvenLoad(rg.FootConstraint):
@@ -50,9 +51,7 @@ def report(title: str, plan: rg.Plan) -> None:
 
 
 def main() -> None:
-    scenario = rg.Scenario(
-        robot="centauro", goal={"x": 1.2}, horizon=4.0, interval=0.1, gait={"kind": "drive"}
-    )
+    scenario = rg.Scenario(robot="centauro", goal=rg.Goal(x=1.2), horizon=4.0, interval=0.1, gait=rg.Drive())
     print("                    lowest m     mean m   least load %   most load %   certificate")
     report("as it is", rg.plan(scenario))
     report("with the cost", rg.plan(scenario, terms=[LowBody(weight=200.0)]))

@@ -4,23 +4,25 @@ python examples/own_gait.py
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 import rollgait as rg
 
 LEGS = ("FL", "FR", "HL", "HR")
 
 
-def trot(steps: int, begin: float, swing: float, pause: float) -> dict[str, object]:
+def trot(steps: int, begin: float, swing: float, pause: float) -> rg.Schedule:
     """Diagonal pairs lift in turn: `steps` swings of `swing` seconds, `pause` seconds apart."""
-    swings: dict[str, list[tuple[float, float]]] = {leg: [] for leg in LEGS}
+    swings: dict[str, tuple[tuple[float, float], ...]] = dict.fromkeys(LEGS, ())
     for step in range(steps):
         lift_off = begin + step * (swing + pause)
         for leg in ("FL", "HR") if step % 2 == 0 else ("FR", "HL"):
-            swings[leg].append((round(lift_off, 3), round(lift_off + swing, 3)))
-    return {"kind": "schedule", "clearance": 0.05, **swings}
+            swings[leg] += ((round(lift_off, 3), round(lift_off + swing, 3)),)
+    FL, FR, HL, HR = (swings[leg] for leg in LEGS)
+    return rg.Schedule(clearance=0.05, FL=FL, FR=FR, HL=HL, HR=HR)
 
 
-def show(schedule: np.ndarray) -> None:
+def show(schedule: NDArray[np.bool_]) -> None:
     """Gait diagram: a line per leg, # on the ground."""
     for leg, contact in zip(LEGS, schedule, strict=True):
         print(f"  {leg} {''.join('#' if down else '.' for down in contact)}")
@@ -29,7 +31,7 @@ def show(schedule: np.ndarray) -> None:
 def main() -> None:
     scenario = rg.Scenario(
         robot="centauro",
-        goal={"x": 0.8},
+        goal=rg.Goal(x=0.8),
         horizon=4.0,
         interval=0.05,
         gait=trot(steps=6, begin=0.8, swing=0.3, pause=0.1),

@@ -10,47 +10,49 @@ import numpy as np
 
 import rollgait as rg
 from rollgait.config import dump_yaml
+from rollgait.robot.robot import FootKind, Inertia, Leg, Legs
 
 
-def leg(x: float, y: float, foot: str) -> dict[str, object]:
-    return {
-        "foot": foot,
-        "stance": (x, y, -0.50),  # nominal contact point from the centre of mass, m
-        "wheel_radius": 0.10,  # m
-        "speed_max": 2.0,  # m/s
-        "force_max": 600.0,  # N
-    }
+def leg(x: float, y: float, foot: FootKind) -> Leg:
+    return Leg(
+        foot=foot,
+        stance=(x, y, -0.50),  # nominal contact point from the centre of mass, m
+        wheel_radius=0.10,  # m
+        speed_max=2.0,  # m/s
+        force_max=600.0,  # N
+    )
 
 
-def quadruped(foot: str) -> rg.Robot:
+def quadruped(foot: FootKind) -> rg.Robot:
     return rg.Robot(
         name="light",
         description="45 kg, wheels fixed to the legs",
         mass=45.0,  # kg
-        inertia={"xx": 1.2, "yy": 2.6, "zz": 3.0},  # about the centre of mass, base axes, kg m²
+        inertia=Inertia(xx=1.2, yy=2.6, zz=3.0),  # about the centre of mass, base axes, kg m²
         box=(0.20, 0.12, 0.12),  # half-sizes of the space of a foot, m
-        legs={
-            "FL": leg(0.36, 0.22, foot),
-            "FR": leg(0.36, -0.22, foot),
-            "HL": leg(-0.36, 0.22, foot),
-            "HR": leg(-0.36, -0.22, foot),
-        },
+        legs=Legs(
+            FL=leg(0.36, 0.22, foot),
+            FR=leg(0.36, -0.22, foot),
+            HL=leg(-0.36, 0.22, foot),
+            HR=leg(-0.36, -0.22, foot),
+        ),
     )
 
 
 def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     print("feet     goal reached   largest wheel speed   feet apart at most   certificate")
-    for foot in ("fixed", "point"):
+    kinds: tuple[FootKind, FootKind] = ("fixed", "point")
+    for foot in kinds:
         robot = quadruped(foot)
         scenario = rg.Scenario(
             robot=robot,
             # wheels that cannot steer get sideways and around by stepping only
-            goal={"x": 0.5, "y": 0.1, "yaw_deg": 15},
+            goal=rg.Goal(x=0.5, y=0.1, yaw_deg=15),
             horizon=6.0,
             interval=0.1,
-            gait={"kind": "crawl", "steps": 8, "pause_start": 0.5, "pause_end": 0.5},
-            bounds={"force_min": 15.0},
+            gait=rg.Crawl(steps=8, pause_start=0.5, pause_end=0.5),
+            bounds=rg.Bounds(force_min=15.0),
         )
         plan = rg.plan(scenario)
         s = plan.sample_every(rate=100.0)

@@ -10,11 +10,11 @@ import rollgait as rg
 PARKING = rg.Scenario(
     description="to the side and a little forward, as into a parking space",
     robot="centauro",
-    goal={"x": 0.4, "y": 0.5},
+    goal=rg.Goal(x=0.4, y=0.5),
     horizon=6.0,
     interval=0.2,
-    gait={"kind": "drive"},
-    weights={"acc": 2.0},
+    gait=rg.Drive(),
+    weights=rg.Weights(acc=2.0),
 )
 
 

@@ -1,4 +1,4 @@
-"""Plan a motion of the library, look at it at any time, judge it, save it and load it again.
+"""Plan a motion of the library, look at it at any time, see its certificate, save it and load it again.
 
 python examples/plan_and_sample.py [folder]     (writes into ./out if no folder is given)
 """

@@ -305,3 +305,24 @@ def test_fixed_wheels_drive_straight_ahead() -> None:
     robot = rg.find_robot("centauro-2020").with_feet("fixed")
     plan = rg.plan(rg.Scenario(robot=robot, goal={"x": 0.3}, horizon=2.0, gait="drive"))
     assert plan.certificate().passed
+
+
+WRONG_ARGUMENTS: dict[str, tuple[Callable[[rg.Plan], object], str]] = {
+    "a word as time": (lambda plan: plan.sample("a"), "time: 'a' must be a number"),  # type: ignore[arg-type]
+    "a word as rate": (lambda plan: plan.sample_every("fast"), "rate: 'fast' must be"),  # type: ignore[arg-type]
+    "a plan as scenario": (lambda plan: rg.plan(plan), "plan.scenario"),  # type: ignore[arg-type]
+    "a number as scenario": (lambda _: rg.plan(7), "<class 'int'> must be"),  # type: ignore[arg-type]
+    "a class as term": (lambda _: rg.plan("wheeled", terms=[rg.Cost]), "terms.0: 'Cost' is a class"),  # type: ignore[list-item]
+    "a word as term": (lambda _: rg.plan("wheeled", terms=["acc"]), "terms.0: 'acc' must be"),  # type: ignore[list-item]
+    "a term as terms": (lambda _: rg.plan("wheeled", terms=7), "terms: 7 must be a list"),  # type: ignore[arg-type]
+    "another ending": (lambda plan: plan.save("x.txt"), "'x.txt' must end in .npz"),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG_ARGUMENTS)
+def test_a_wrong_argument_is_one_sentence(wrong: str, plan: rg.Plan) -> None:
+    call, said = WRONG_ARGUMENTS[wrong]
+    with pytest.raises(rg.InputError) as raised:
+        call(plan)
+    assert said in str(raised.value)
+    assert "\n" not in str(raised.value)

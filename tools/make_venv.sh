@@ -1,5 +1,5 @@
 #!/bin/sh
-# Makes the virtual environment with rollgait and all its extras: make_venv.sh PYTHON FOLDER
+# Makes the virtual environment with rollgait, all its extras and the developers' tools: make_venv.sh PYTHON FOLDER
 set -eu
 python=$1
 venv=$2
@@ -19,4 +19,4 @@ version=$("$python" -c 'import platform; print(platform.python_version())' 2>/de
 echo "setting up $venv (once; a minute or two)"
 # An interrupted attempt may have left a folder without pip.
 "$venv/bin/python" -m pip --version >/dev/null 2>&1 || "$python" -m venv --clear "$venv"
-"$venv/bin/python" -m pip install -qq --disable-pip-version-check -e '.[all]'
+"$venv/bin/python" -m pip install -qq --disable-pip-version-check -e '.[all,dev]'

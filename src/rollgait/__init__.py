@@ -20,46 +20,70 @@ if TYPE_CHECKING:
     from rollgait.mpc.setup import make_loop
     from rollgait.ocp.instant import Foot, Instant
     from rollgait.ocp.term import Constraint, Cost, FootConstraint
+    from rollgait.plan.certificate import Certificate
     from rollgait.plan.plan import Plan
     from rollgait.plan.samples import Samples
     from rollgait.planner import Planner, plan
+    from rollgait.plant.control import Control
+    from rollgait.plant.disturbances import Payload, Push
+    from rollgait.plant.state import RobotState
     from rollgait.robot.importing import import_robot
     from rollgait.robot.library import find_robot, robot_names
     from rollgait.robot.robot import Robot
+    from rollgait.scenario.gait import Crawl, Drive, Pace, Schedule, Trot, Walk
     from rollgait.scenario.library import find_scenario, scenario_names
-    from rollgait.scenario.scenario import Scenario
+    from rollgait.scenario.scenario import Goal, LaterGoal, Scenario, Start
+    from rollgait.scenario.weights import Bounds, Weights
     from rollgait.searching import search_steps
     from rollgait.simulation import Disturbances, SimulationLog, simulate
+    from rollgait.terrain.ground import Ground
     from rollgait.terrain.terrain import Terrain
     from rollgait.tracking import JointTrajectory, track
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "Bounds",
+    "Certificate",
     "Constraint",
+    "Control",
     "Cost",
+    "Crawl",
     "Diagnosis",
     "Disturbances",
+    "Drive",
     "Foot",
     "FootConstraint",
+    "Goal",
+    "Ground",
     "InputError",
     "Instant",
     "JointTrajectory",
+    "LaterGoal",
     "Mpc",
     "NotSolvedError",
     "Outcome",
+    "Pace",
+    "Payload",
     "Plan",
     "Planner",
     "PoseCommand",
+    "Push",
     "Reason",
     "Robot",
+    "RobotState",
     "RollgaitError",
     "Samples",
     "Scenario",
+    "Schedule",
     "SimulationLog",
+    "Start",
     "Suggestion",
     "Terrain",
+    "Trot",
     "VelocityCommand",
+    "Walk",
+    "Weights",
     "diagnose",
     "find_robot",
     "find_scenario",
@@ -79,30 +103,47 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
     __getattr__, __dir__ = lazy_names(
         __name__,
         {
+            "Bounds": "scenario.weights",
+            "Certificate": "plan.certificate",
             "Constraint": "ocp.term",
+            "Control": "plant.control",
             "Cost": "ocp.term",
+            "Crawl": "scenario.gait",
             "Diagnosis": "diagnosis.report",
             "Disturbances": "simulation",
+            "Drive": "scenario.gait",
             "Foot": "ocp.instant",
             "FootConstraint": "ocp.term",
+            "Goal": "scenario.scenario",
+            "Ground": "terrain.ground",
             "InputError": "errors",
             "Instant": "ocp.instant",
             "JointTrajectory": "tracking",
+            "LaterGoal": "scenario.scenario",
             "Mpc": "mpc.mpc",
             "NotSolvedError": "errors",
             "Outcome": "many",
+            "Pace": "scenario.gait",
+            "Payload": "plant.disturbances",
             "Plan": "plan.plan",
             "Planner": "planner",
             "PoseCommand": "mpc.command",
+            "Push": "plant.disturbances",
             "Reason": "diagnosis.report",
             "Robot": "robot.robot",
+            "RobotState": "plant.state",
             "RollgaitError": "errors",
             "Samples": "plan.samples",
             "Scenario": "scenario.scenario",
+            "Schedule": "scenario.gait",
             "SimulationLog": "simulation",
+            "Start": "scenario.scenario",
             "Suggestion": "diagnosis.report",
             "Terrain": "terrain.terrain",
+            "Trot": "scenario.gait",
             "VelocityCommand": "mpc.command",
+            "Walk": "scenario.gait",
+            "Weights": "scenario.weights",
             "diagnose": "diagnosis.entry",
             "find_robot": "robot.library",
             "find_scenario": "scenario.library",

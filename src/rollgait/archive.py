@@ -16,7 +16,7 @@ from pydantic import BaseModel
 
 from rollgait.config import validate
 from rollgait.errors import FileError, InputError, shown
-from rollgait.files import MB, opened, replacing
+from rollgait.files import MB, npz_path, opened, replacing
 from rollgait.npz import Layout, Npz
 
 FILE_MAX: Final = 2**32 - 1
@@ -51,10 +51,8 @@ class ArchiveFormat:
     other_version: str = "has format version {found}; this rollgait knows version {known}"
 
     def write(self, path: str | Path, header: Mapping[str, Any], arrays: Mapping[str, Any]) -> Path:
-        """Writes a file (the suffix .npz is added if it is missing); returns its path. Raises `FileError`."""
-        target = Path(path)
-        if target.suffix != ".npz":
-            target = target.with_name(target.name + ".npz")
+        """Writes a file (.npz is added to a name without ending); returns its path. Raises `FileError`."""
+        target = npz_path(path)
         text = json.dumps({"format": self.name, "version": self.version, **header})
         contents: dict[str, Any] = {_HEADER: np.array(text), **arrays}
         with replacing(target) as temporary, temporary.open("wb") as stream:

@@ -93,6 +93,16 @@ def replacing(path: str | Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def npz_path(path: str | Path, field: str = "file") -> Path:
+    """The path of a file of arrays: `.npz` is added where there is no ending; others raise `FileError`."""
+    target = Path(path)
+    if not target.name:
+        raise FileError(field, str(target), "cannot be written: it is a folder")
+    if target.suffix not in ("", ".npz"):
+        raise FileError(field, str(target), "must end in .npz")
+    return target.with_name(f"{target.stem}.npz")
+
+
 def check_writable(path: str | Path) -> None:
     """Raises `FileError` if no file could be written at `path`: known before the long work, not after."""
     target = Path(path)

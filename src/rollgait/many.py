@@ -16,6 +16,7 @@ from typing import Any
 
 from rollgait.errors import FileError, InputError, RollgaitError, UnknownNameError
 from rollgait.plan.plan import Plan
+from rollgait.presented import Shown
 from rollgait.scenario.library import find_scenario
 from rollgait.scenario.scenario import Scenario
 
@@ -28,7 +29,7 @@ Asked = str | Path | Scenario
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Outcome(Shown):
     """What came of one scenario: either a plan or an error.
 
     Attributes:

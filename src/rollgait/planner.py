@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from rollgait.diagnosis.entry import Investigation
 from rollgait.errors import InputError, NotSolvedError
 from rollgait.mending import finer
 from rollgait.ocp.problem import Problem, make_problem
-from rollgait.ocp.term import Term
+from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
 from rollgait.plan.plan import Plan, Statistics
 from rollgait.scenario.library import find_scenario
 from rollgait.scenario.scenario import Scenario
@@ -71,7 +72,7 @@ class Planner:
         kernels: bool = True,
     ) -> None:
         self._method = Method.of(transcription, solver, kernels)
-        self._terms = tuple(terms)
+        self._terms = _instances(terms)
 
     def plan(
         self,
@@ -114,7 +115,7 @@ class Planner:
             raise InputError("seed", seed, "must be at least 0")
         budget = Budget(diagnose_seconds, field="diagnose_seconds")
         with watch("load"):
-            asked = scenario if isinstance(scenario, Scenario) else find_scenario(str(scenario))
+            asked = _asked(scenario)
             if profile is not None:
                 asked = asked.with_values({"profile": profile})
             earlier = Plan.load(warm_start) if isinstance(warm_start, str | Path) else warm_start
@@ -302,6 +303,32 @@ def plan(
         diagnose_seconds=diagnose_seconds,
         progress=progress,
     )
+
+
+def _asked(scenario: Any) -> Scenario:
+    """The scenario that is meant. Raises `InputError`."""
+    if isinstance(scenario, Scenario):
+        return scenario
+    if not isinstance(scenario, str | Path):
+        rule = "must be a scenario, the name of one in the library, or the path of a YAML file"
+        of_a_plan = "; a plan knows its own: plan.scenario" if isinstance(scenario, Plan) else ""
+        raise InputError("scenario", type(scenario), rule + of_a_plan)
+    return find_scenario(str(scenario))
+
+
+def _instances(terms: Any) -> tuple[Term, ...]:
+    """The terms. Raises `InputError` for what is none."""
+    kinds = (Cost, Constraint, FootConstraint)
+    if not isinstance(terms, Iterable):
+        raise InputError("terms", terms, "must be a list of costs and constraints")
+    made: tuple[Any, ...] = tuple(terms)
+    for number, term in enumerate(made):
+        if isinstance(term, type):
+            rule = f"is a class; a term is made of it: {term.__name__}(…)"
+            raise InputError(f"terms.{number}", term.__name__, rule)
+        if not isinstance(term, kinds):
+            raise InputError(f"terms.{number}", term, "must be a Cost, a Constraint or a FootConstraint")
+    return made
 
 
 @dataclass(frozen=True)

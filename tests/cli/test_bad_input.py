@@ -26,6 +26,8 @@ CASES = {
     ("plan", "hybrid-forward", "--profile", "papr"): "valid: paper",
     ("plan", "hybrid-forward", "--out", "."): "folder",
     ("plan", "hybrid-forward", "--out", "list.yaml/a.npz"): "not a folder",
+    ("plan", "hybrid-forward", "--out", "x.txt"): "must end in .npz",
+    ("robot", "show", "centaur"): "valid: centauro",
     ("show", "wheele"): "valid: wheeled",
     ("check", "no-such.npz"): "no-such.npz",
     ("check", "list.yaml"): "list.yaml",

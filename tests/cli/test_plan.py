@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from rollgait.cli.app import run
+from rollgait.cli.report import NEAREST
 from rollgait.plan.plan import Plan
 
 SHORT = (
@@ -49,8 +50,11 @@ def test_a_good_plan(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     plan = Plan.load("short.npz")
     for term in plan.statistics.costs:
         assert f"\n  {term} " in out
-    for row in plan.certificate().rows:
-        assert f"\n  {row.name} " in out
+    rows = plan.certificate().rows
+    nearest = {row.name for row in plan.certificate().nearest(NEAREST)}
+    assert {row.name for row in rows if f"\n  {row.name} " in out} == nearest
+    full = ran(capsys, "check", "short.npz", "--full")[1]
+    assert all(f"\n  {row.name} " in full for row in rows)
 
     assert ran(capsys, "check", "short.npz")[0] == 0
     status, report = ran_json(capsys, "check", "short.npz")
@@ -62,9 +66,50 @@ def test_a_plan_that_fails_its_certificate_is_marked(capsys: pytest.CaptureFixtu
     status, out, err = ran(capsys, *NOT_CERTIFIED)
     assert (status, err) == (1, "")
     assert "  not certified: goal_distance" in out
+    assert all(f"\n  {row.name} " in out for row in Plan.load("short.npz").certificate().failures)
     assert "written: short.npz  (not certified)" in out
     status, report = ran_json(capsys, "check", "short.npz")
     assert (status, report["solved"], report["certified"]) == (1, True, False)
+
+
+def test_a_plan_of_the_same_robot_is_replaced_with_a_word(capsys: pytest.CaptureFixture[str]) -> None:
+    assert ran(capsys, *SHORT)[2] == ""
+    status, _, err = ran(capsys, *SHORT)
+    assert (status, err) == (0, "short.npz was there before and is replaced\n")
+
+
+@pytest.mark.parametrize("there", ["another robot", "no plan"])
+def test_what_else_is_there_stays_unless_it_is_to_be_overwritten(
+    there: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    other = (*SHORT, "--set", "robot=centauro-2020")
+    if there == "no plan":
+        Path("short.npz").write_text("notes")
+    else:
+        assert ran(capsys, *other)[0] == 0
+    before = Path("short.npz").read_bytes()
+    status, out, err = ran(capsys, *SHORT)
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("error: out: 'short.npz'")
+    assert Path("short.npz").read_bytes() == before
+    assert ran(capsys, *SHORT, "--overwrite")[0] == 0
+    assert Plan.load("short.npz").robot.name == "centauro"
+
+
+def test_quiet_prints_errors_and_data_only(capsys: pytest.CaptureFixture[str]) -> None:
+    assert ran(capsys, *SHORT, "-q") == (0, "", "")
+    assert ran(capsys, "--quiet", *SHORT) == (0, "", "")
+    assert ran_json(capsys, *SHORT, "-q")[1]["certified"]
+    status, out, err = ran(capsys, "check", "missing.npz", "-q")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+
+
+def test_verbose_keeps_a_line_of_each_iteration(capsys: pytest.CaptureFixture[str]) -> None:
+    status, _, err = ran(capsys, *SHORT, "-v")
+    iterations = Plan.load("short.npz").statistics.iterations
+    assert status == 0
+    assert sum("iteration" in line for line in err.splitlines()) >= iterations
+    assert ran(capsys, *SHORT, "-v", "-q")[0] == 2
 
 
 def test_what_is_not_solved_leaves_its_iterate(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

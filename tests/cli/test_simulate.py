@@ -1,6 +1,7 @@
 """`rollgait simulate` and `rollgait run`, from files to files; wrong input answered by one sentence."""
 
 import json
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -70,6 +71,17 @@ def test_run_writes_everything_and_one_page(capsys: pytest.CaptureFixture[str]) 
     for outside in ("http://", "https://", "<script"):
         assert outside not in page
     assert "stays on its feet" in page
+
+
+def test_run_says_before_it_plans_what_is_not_installed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    assert run(["run", "wheeled", *SHORT]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "needs the extra 'whole-body'" in err
+    assert list(folder.iterdir()) == []
 
 
 def test_a_plan_that_is_not_certified_is_executed_only_by_force(

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from rollgait.errors import InputError, UnknownNameError
 from rollgait.robot import GRAVITY, LEG_NAMES, Inertia, Robot, find_robot, robot_names
+from rollgait.robot.robot import LegName
 
 LIBRARY = [find_robot(name) for name in robot_names()]
 library = pytest.mark.parametrize("robot", LIBRARY, ids=robot_names())
@@ -167,3 +168,18 @@ def test_the_legs_come_in_order() -> None:
 def test_data_are_frozen() -> None:
     with pytest.raises(Exception, match="frozen"):
         find_robot("centauro").mass = 1.0  # type: ignore[misc]
+
+
+@given(st.floats(1.0, 500.0), st.sampled_from(LEG_NAMES))
+def test_values_that_are_set_are_there_and_all_others_stay(mass: float, leg: LegName) -> None:
+    robot = find_robot("centauro")
+    other = robot.with_values({"mass": mass, f"legs.{leg}.speed_max": 0.5})
+    assert (other.mass, getattr(other.legs, leg).speed_max) == (mass, 0.5)
+    back = {"mass": robot.mass, f"legs.{leg}.speed_max": getattr(robot.legs, leg).speed_max}
+    assert other.with_values(back) == robot
+
+
+def test_a_wrong_value_of_a_robot_is_one_sentence() -> None:
+    for key, value in (("mass", -1.0), ("mas", 1.0), ("legs.FL.foot", "wheel"), ("legs.XX", "point")):
+        with pytest.raises(InputError, match=key.replace(".", r"\.")):
+            find_robot("centauro").with_values({key: value})

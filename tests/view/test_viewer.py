@@ -91,7 +91,7 @@ def test_play_moves_it_and_pause_stops_it(page: Any, viewer: Viewer) -> None:
 
 
 def test_a_mark_goes_to_its_moment(page: Any, viewer: Viewer) -> None:
-    page.get_by_role("tab", name="Judgement").click()
+    page.get_by_role("tab", name="Certificate").click()
     mark = viewer.clip.marks[0]
     page.get_by_role("button", name=mark.label).click()
     wait_until(lambda: abs(viewer.timeline.time - min(mark.time, viewer.clip.horizon)) < 1e-3)

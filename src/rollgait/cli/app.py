@@ -24,6 +24,7 @@ from rollgait.cli import (
     plot,
     record,
     robot,
+    robot_show,
     search,
     simulate,
     track,
@@ -34,11 +35,10 @@ from rollgait.cli.log import log_on_stderr
 from rollgait.cli.output import print_error
 from rollgait.cli.run import run as run_scenario
 from rollgait.cli.usage import Commands, usage_error
-from rollgait.errors import RollgaitError
+from rollgait.cli.verbosity import Verbosity, flags_first, speaking
+from rollgait.errors import MISSING, InputError, RollgaitError
 
-app = typer.Typer(
-    cls=Commands, rich_markup_mode=None, add_completion=False, pretty_exceptions_enable=False, name="rollgait"
-)
+app = typer.Typer(cls=Commands, rich_markup_mode=None, pretty_exceptions_enable=False, name="rollgait")
 app.command("plan")(plan.plan)
 app.command("many")(many.many)
 app.command("search")(search.search)
@@ -57,6 +57,7 @@ app.command("scenarios")(library.scenarios)
 app.command("robots")(library.robots)
 app.command("show")(library.show)
 app.command("cache")(cache.cache)
+robot.app.command("show")(robot_show.show)
 app.add_typer(robot.app, name="robot")
 app.add_typer(ground.app, name="ground")
 
@@ -73,11 +74,21 @@ def rollgait_command(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print errors only (and JSON, if asked for).")
+    ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Print all that is known: every iteration of the solver.")
+    ] = False,
 ) -> None:
     """Motion generation for legged robots on wheels.
 
     Start with: rollgait plan hybrid-forward
     """
+    if quiet and verbose:
+        raise InputError("quiet", MISSING, "and verbose contradict each other: choose one")
+    if quiet or verbose:
+        context.with_resource(speaking(Verbosity.QUIET if quiet else Verbosity.VERBOSE))
     if context.invoked_subcommand is None:
         print(context.get_help())
 
@@ -91,7 +102,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
     try:
         with log_on_stderr():
             status: Any = app(
-                list(arguments) if arguments is not None else None,
+                flags_first(sys.argv[1:] if arguments is None else arguments),
                 prog_name="rollgait",
                 standalone_mode=False,
             )

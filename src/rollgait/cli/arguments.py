@@ -13,8 +13,36 @@ from rollgait.errors import InputError
 if TYPE_CHECKING:
     from rollgait.scenario import Scenario
 
+
+def scenarios_beginning_with(incomplete: str) -> list[str]:
+    """For the completion of a shell."""
+    from rollgait.scenario.library import scenario_names
+
+    return [name for name in scenario_names() if name.startswith(incomplete)]
+
+
+def robots_beginning_with(incomplete: str) -> list[str]:
+    """For the completion of a shell."""
+    from rollgait.robot.library import robot_names
+
+    return [name for name in robot_names() if name.startswith(incomplete)]
+
+
 ScenarioName = Annotated[
-    str, typer.Argument(metavar="SCENARIO", help="Name of a scenario ('rollgait scenarios') or a YAML file.")
+    str,
+    typer.Argument(
+        metavar="SCENARIO",
+        help="Name of a scenario ('rollgait scenarios') or a YAML file.",
+        autocompletion=scenarios_beginning_with,
+    ),
+]
+RobotName = Annotated[
+    str,
+    typer.Argument(
+        metavar="ROBOT",
+        help="Name of a robot ('rollgait robots') or a YAML file.",
+        autocompletion=robots_beginning_with,
+    ),
 ]
 PlanFile = Annotated[Path, typer.Argument(metavar="PLAN", help="A plan that 'rollgait plan' wrote (.npz).")]
 Settings = Annotated[
@@ -46,6 +74,8 @@ GroundName = Annotated[
 Kernels = Annotated[
     bool, typer.Option("--kernels/--no-kernels", help="Use functions compiled to machine code.")
 ]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace also what is no plan of this robot.")]
+Full = Annotated[bool, typer.Option("--full", help="Show all rows of the certificate.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON and nothing else.")]
 
 

@@ -15,9 +15,10 @@ def cache(
     clear: Annotated[bool, typer.Option("--clear", help="Remove all kernels.")] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Show the compiled kernels, which are made once and speed up every later plan.
+    """Show or remove the compiled kernels.
 
-    The environment variable ROLLGAIT_CACHE names another folder for them, or switches them off with 'off'.
+    They are made once and speed up every later plan. The environment variable ROLLGAIT_CACHE names
+    another folder for them, or switches them off with 'off'.
     """
     from rollgait.solvers.cache_folder import cache_folder
     from rollgait.solvers.kernels import cached_kernels, clear_cache  # loads CasADi

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import typer
 
-from rollgait.cli.arguments import AsJson, PlanFile
+from rollgait.cli.arguments import AsJson, Full, PlanFile
 from rollgait.cli.output import print_json
 from rollgait.cli.report import print_certificate
 
 
-def check(plan_file: PlanFile, as_json: AsJson = False) -> None:
-    """Judge a plan by code that shares nothing with the planner.
+def check(plan_file: PlanFile, full: Full = False, as_json: AsJson = False) -> None:
+    """Show the certificate of a plan.
+
+    It is computed by code that shares nothing with the planner.
 
     Exit status: 0 only if the solver converged and every row passes, 1 otherwise, 2 if the file is no plan.
     """
@@ -24,6 +26,6 @@ def check(plan_file: PlanFile, as_json: AsJson = False) -> None:
     else:
         s = plan.statistics
         print(f"{plan_file}: {'solved' if plan.solved else 'not solved'} ({s.status})")
-        print_certificate(certificate)
+        print_certificate(certificate, full)
     if not (plan.solved and certificate.passed):
         raise typer.Exit(1)

@@ -31,9 +31,10 @@ def drive(
         float | None, typer.Option(metavar="S", min=0.0, help="End after this time; by default at Ctrl-C.")
     ] = None,
 ) -> None:
-    """Drive a robot with joystick or keyboard, change its gait, push it: live, in the browser.
+    """Drive a robot live, in the browser.
 
-    Keys: w a s d drive, q e turn, space stops. Runs until Ctrl-C.
+    Joystick or keyboard move it; its gait is changed and it is pushed by buttons. Keys: w a s d drive, q
+    e turn, space stops. Runs until Ctrl-C.
     """
     number = port_from(port)
     _check(robot, plant, gait)

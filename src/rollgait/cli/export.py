@@ -9,6 +9,7 @@ import typer
 
 from rollgait.cli.arguments import rate_from
 from rollgait.cli.motion_file import load_motion
+from rollgait.cli.replacing import note_replacing
 
 
 def export(
@@ -23,12 +24,16 @@ def export(
         Path | None, typer.Option(metavar="FILE", help="Where to write. Default: <file>.<suffix>.")
     ] = None,
 ) -> None:
-    """Write a plan or joints, sampled at a fixed rate, in a format that others read."""
+    """Write a plan or joints for other programs.
+
+    They are sampled at a fixed rate.
+    """
     per_second = rate_from(rate)
     motion = load_motion(file)
     from rollgait.export import FORMATS, write
 
     suffix = FORMATS.get(file_format, file_format)
     target = out or Path(f"{file.name.removesuffix('.npz')}{f'.{suffix}' if suffix else '.bag'}")
+    note_replacing(target)
     write(motion, target, file_format, per_second)
     print(target)

@@ -54,9 +54,10 @@ def show(
     style: Annotated[str, typer.Option(metavar="NAME", help="screen or paper.")] = "screen",
     as_json: AsJson = False,
 ) -> None:
-    """Say of a ground how large, high and steep it is, and where a robot can roll and stand; draw it.
+    """Say where a robot can roll and stand on a ground; draw it.
 
-    For example: rollgait ground show hills.npy --set map.resolution=0.04 --out hills.png
+    Also how large, high and steep it is. For example: rollgait ground show hills.npy --set
+    map.resolution=0.04 --out hills.png
     """
     from rollgait.robot import find_robot
     from rollgait.terrain import regions_of

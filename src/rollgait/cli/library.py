@@ -54,9 +54,10 @@ def robots(as_json: AsJson = False) -> None:
 
 
 def show(scenario: ScenarioName, settings: Settings = None, profile: Profile = None) -> None:
-    """Print a complete scenario as YAML, every default spelled out: the way to start one's own.
+    """Print a complete scenario as YAML.
 
-    For example: rollgait show hybrid-forward > my.yaml
+    Every default is spelled out: the way to start one's own. For example: rollgait show hybrid-forward >
+    my.yaml
     """
     complete = scenario_with(scenario, settings, profile).resolved()
     print(_HEADER.format(name=scenario, profile=complete.profile) + complete.to_yaml(), end="")

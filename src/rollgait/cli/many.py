@@ -30,9 +30,10 @@ def many(
     kernels: Kernels = True,
     as_json: AsJson = False,
 ) -> None:
-    """Plan many motions at once and write each to a file as soon as it is there.
+    """Plan many motions at once, each into its own file.
 
-    Plans that are in the folder already are not made again: after an interruption, repeat the command.
+    A file is written as soon as its plan is there. Plans that are in the folder already are not made
+    again: after an interruption, repeat the command.
 
     Exit status: 0 all solved and certified, 1 not all, 2 wrong input (the other scenarios are planned
     nevertheless).

@@ -93,7 +93,9 @@ def mpc(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Let the controller follow commands, and report how well and how quickly it did.
+    """Let the controller follow commands.
+
+    Reports how well and how quickly it did.
 
     Exit status: 0 if the robot stays on its feet, 1 if it falls or stands for good, 2 wrong input.
     """

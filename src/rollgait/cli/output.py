@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from rollgait.cli.verbosity import Verbosity, stdout_of_data, verbosity
 from rollgait.errors import readable
 
 if TYPE_CHECKING:
@@ -38,7 +39,9 @@ def print_error(message: str) -> None:
 
 
 def print_note(message: str) -> None:
-    """One quiet line on stderr."""
+    """One dim line on stderr, unless nothing but errors is wanted."""
+    if verbosity() is Verbosity.QUIET:
+        return
     from rich.text import Text
 
     console_of_stderr().print(Text(" ".join(readable(message).split()), style="dim"))
@@ -46,7 +49,7 @@ def print_note(message: str) -> None:
 
 def print_json(data: Any) -> None:
     """JSON on stdout; numbers that are not finite, which JSON does not have, become null."""
-    print(json.dumps(_finite(data), indent=2, ensure_ascii=False))
+    print(json.dumps(_finite(data), indent=2, ensure_ascii=False), file=stdout_of_data())
 
 
 def print_table(rows: Sequence[Sequence[str]], right: Sequence[int] = (), indent: int = 2) -> None:

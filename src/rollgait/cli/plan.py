@@ -10,7 +10,9 @@ import typer
 
 from rollgait.cli.arguments import (
     AsJson,
+    Full,
     Kernels,
+    Overwrite,
     Profile,
     ScenarioName,
     Seed,
@@ -20,10 +22,11 @@ from rollgait.cli.arguments import (
 )
 from rollgait.cli.output import print_json
 from rollgait.cli.progress import SolverLine
+from rollgait.cli.replacing import note_replacing, refuse_other_plan
 from rollgait.cli.report import print_certificate, print_plan
 from rollgait.diagnosis.budget import SECONDS
 from rollgait.errors import NotSolvedError
-from rollgait.files import check_writable
+from rollgait.files import check_writable, npz_path
 
 if TYPE_CHECKING:
     from rollgait.diagnosis.report import Diagnosis
@@ -60,9 +63,11 @@ def plan(
         Path | None,
         typer.Option(metavar="FILE", help="Where to write. Default: <scenario>.npz in this folder."),
     ] = None,
+    overwrite: Overwrite = False,
+    full: Full = False,
     as_json: AsJson = False,
 ) -> None:
-    """Plan a motion, judge it and write it to a file.
+    """Plan a motion, show its certificate, write it to a file.
 
     Exit status: 0 solved and certified, 1 not solved or not certified (what was found is still written,
     marked), 2 wrong input.
@@ -70,8 +75,9 @@ def plan(
     asked = scenario_with(scenario, settings, profile)
     if out is not None:
         check_writable(out)
-    target = _target(out or Path(f"{Path(scenario).stem}.npz"))
+    target = npz_path(out or f"{Path(scenario).stem}.npz", "out")
     check_writable(target)
+    refuse_other_plan(target, asked, overwrite)
     from rollgait.plan.plan import Plan
 
     earlier = None if warm_start is None else Plan.load(warm_start)
@@ -94,6 +100,7 @@ def plan(
         _keep_iterate(error, target, as_json)
         raise
     certificate = found.certificate()
+    note_replacing(target)
     found.save(target)
     diagnosis = _why_no_goal(asked, certificate, kernels, diagnose_seconds, as_json)
     if as_json:
@@ -103,7 +110,7 @@ def plan(
         print_json(report)
     else:
         print_plan(found, Path(scenario).stem)
-        print_certificate(certificate)
+        print_certificate(certificate, full)
         if diagnosis is not None:
             print(f"\nwhy the goal is missed\n{diagnosis}")
         mark = "" if certificate.passed else "  (not certified)"
@@ -123,11 +130,6 @@ def _why_no_goal(
 
     with SolverLine(quiet) as progress:
         return diagnose(scenario, kernels=kernels, progress=progress, seconds=seconds)
-
-
-def _target(path: Path) -> Path:
-    """The name that `Plan.save` will give to the file."""
-    return path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
 
 
 def _keep_iterate(error: NotSolvedError, target: Path, as_json: bool) -> None:

@@ -20,7 +20,10 @@ def plot(
     ] = None,
     style: Annotated[str, typer.Option(metavar="NAME", help="screen or paper.")] = "screen",
 ) -> None:
-    """Draw the figures of a plan: paths, ground under the feet, base pose, forces, wheels, gait."""
+    """Draw the figures of a plan.
+
+    Paths, ground under the feet, base pose, forces, wheels, gait.
+    """
     from rollgait.plan.plan import Plan
 
     plan = Plan.load(plan_file)

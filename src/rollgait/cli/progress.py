@@ -5,7 +5,8 @@ from __future__ import annotations
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
-from rollgait.cli.output import console_of_stderr, number
+from rollgait.cli.output import console_of_stderr, number, print_note
+from rollgait.cli.verbosity import Verbosity, verbosity
 
 if TYPE_CHECKING:
     from rich.status import Status
@@ -18,6 +19,7 @@ class StatusLine:
 
     def __init__(self, text: str, quiet: bool = False) -> None:
         self._status: Status | None = None
+        quiet = quiet or verbosity() is not Verbosity.NORMAL
         if not quiet and (console := console_of_stderr()).is_terminal:
             self._status = console.status(text)
 
@@ -39,12 +41,16 @@ class StatusLine:
 
 
 class SolverLine(StatusLine):
-    """Shows each iteration of the solver that it is called with."""
+    """Shows each iteration of the solver that it is called with; with `-v` as lines that stay."""
 
     def __init__(self, quiet: bool = False) -> None:
         super().__init__("building the problem …", quiet)
+        self._each = not quiet and verbosity() is Verbosity.VERBOSE
 
     def __call__(self, iteration: Iteration) -> None:
         """Shows the iteration."""
         cost, violation = number(iteration.cost, 6), number(iteration.violation, 2)
-        self.show(f"{iteration.task} … iteration {iteration.number:3d}   cost {cost}   violation {violation}")
+        text = f"{iteration.task} … iteration {iteration.number:3d}   cost {cost}   violation {violation}"
+        if self._each:
+            print_note(text)
+        self.show(text)

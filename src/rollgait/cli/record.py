@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from rollgait.cli.recordings import check_recording, write_recording
+from rollgait.cli.replacing import note_replacing
 from rollgait.cli.view import MotionFile
 
 
@@ -21,7 +22,7 @@ def record(
         Path | None, typer.Option(metavar="FILE", help="Another one, to be shown as a ghost.")
     ] = None,
 ) -> None:
-    """Record a motion: a page with a timeline that opens offline, or a video.
+    """Record a motion as a page that opens offline, or as a video.
 
     Exit status: 0 done, 2 wrong input.
     """
@@ -31,5 +32,6 @@ def record(
 
     clip = open_clip(file)
     ghost = None if compare is None else open_clip(compare)
+    note_replacing(target)
     write_recording(clip, target, ghost)
     print(target)

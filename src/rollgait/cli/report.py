@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from rollgait.plan.certificate import Certificate
     from rollgait.plan.plan import Plan, Statistics
 
+NEAREST = 5
+"""Rows of a certificate that pass and are shown nevertheless: where the motion comes nearest to a limit."""
+
 
 def print_plan(plan: Plan, name: str) -> None:
     """What was planned, how long it took, and what it costs, term by term."""
@@ -77,15 +80,20 @@ def _print_starts(statistics: Statistics) -> None:
     print_table(rows, right=[1, 2, 3])
 
 
-def print_certificate(certificate: Certificate) -> None:
-    """The rows of a certificate: worst value and limit with unit, where and when, verdict."""
-    print("\ncertificate")
+def print_certificate(certificate: Certificate, full: bool = False) -> None:
+    """The verdict, the rows that fail, and those nearest to their limits; `full` shows all rows."""
+    count, failures = len(certificate.rows), certificate.failures
+    shown = certificate.rows if full else (*failures, *certificate.nearest(NEAREST))
+    left = count - len(shown)
+    which = ", those that fail and those nearest to their limits" if failures else ", nearest to their limits"
+    print(f"\ncertificate: {len(shown)} of {count} rows{which if left else ''}")
     rows = [("row", "worst", "limit", "unit", "leg", "time", "verdict")]
-    for row in certificate.rows:
+    for row in shown:
         when = "" if row.time is None else f"{row.time:.2f} s"
         sign = "≤" if row.sense == "at most" else "≥"
         limit = "" if row.limit is None else f"{sign} {number(row.limit)}"
         rows.append((row.name, number(row.worst), limit, row.unit, row.leg or "", when, row.verdict))
     print_table(rows, right=[1, 5])
-    failed = ", ".join(row.name for row in certificate.failures)
-    print(f"  not certified: {failed}" if failed else "  certified")
+    failed = ", ".join(row.name for row in failures)
+    more = "; --full shows all rows" if left else ""
+    print(f"  not certified: {failed}{more}" if failed else f"  certified{more}")

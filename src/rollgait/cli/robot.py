@@ -12,12 +12,12 @@ from rollgait.cli.output import print_json, print_table
 from rollgait.cli.usage import Commands
 from rollgait.files import check_writable
 
-app = typer.Typer(cls=Commands, rich_markup_mode=None, help="Make robots for the planner.")
+app = typer.Typer(cls=Commands, rich_markup_mode=None, help="Show robots; make them from models.")
 
 
 @app.callback()
 def robot() -> None:
-    """Make robots for the planner."""
+    """Show robots; make them from models."""
 
 
 @app.command("import")
@@ -46,10 +46,11 @@ def import_(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Derive a robot for the planner from a URDF: say what was found, and what had to be chosen.
+    """Derive a robot for the planner from a URDF.
 
-    Mass, inertia, nominal stance, foot kinds, limits, reach and workspace come from the URDF and inverse
-    kinematics. Legs are found by chains, symmetry and axes where no file names them: docs/whole-body.md.
+    Says what was found, and what had to be chosen. Mass, inertia, nominal stance, foot kinds, limits,
+    reach and workspace come from the URDF and inverse kinematics. Legs are found by chains, symmetry and
+    axes where no file names them.
     """
     from rollgait.robot.importing import import_robot
     from rollgait.robot.robot_files import ROBOT, robot_files

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rollgait.cli.arguments import AsJson, Profile, ScenarioName, Settings, scenario_with
+from rollgait.cli.arguments import AsJson, Full, Overwrite, Profile, ScenarioName, Settings, scenario_with
 from rollgait.cli.output import print_json
 from rollgait.cli.progress import SolverLine
+from rollgait.cli.replacing import note_replacing, refuse_other_plan
 from rollgait.cli.report import print_certificate, print_plan
 from rollgait.cli.simulate import (
     Feedback,
@@ -26,11 +28,12 @@ from rollgait.cli.simulate import (
     print_simulation,
 )
 from rollgait.cli.track import print_tracking
-from rollgait.errors import NotSolvedError
+from rollgait.errors import MissingExtraError, NotSolvedError
 from rollgait.files import check_writable
 
 if TYPE_CHECKING:
     from rollgait.plan.plan import Plan
+    from rollgait.scenario.scenario import Scenario
     from rollgait.simulation import SimulationLog
     from rollgait.tracking import JointTrajectory
 
@@ -57,9 +60,11 @@ def run(
     ] = False,
     whole_body: WholeBodyFile = None,
     video: Annotated[bool, typer.Option("--video", help="Write a film as well.")] = False,
+    overwrite: Overwrite = False,
+    full: Full = False,
     as_json: AsJson = False,
 ) -> None:
-    """Plan, check, track and simulate a motion, and write one report page.
+    """Plan, check, track, simulate; write one report page.
 
     Exit status: 0 certified, tracked within its limits, and the robot stays on its feet; 1 otherwise (what
     was found is written), 2 wrong input.
@@ -69,6 +74,8 @@ def run(
     name = Path(scenario).stem
     folder = out or Path(f"{name}-run")
     check_writable(folder / REPORT)
+    _require_whole_body(asked, whole_body)
+    refuse_other_plan(folder / PLAN, asked, overwrite)
     if video:
         from rollgait.simulation.video import check_video
 
@@ -84,6 +91,7 @@ def run(
         if error.plan is not None:
             error.plan.save(folder / f"{Path(PLAN).stem}.failed.npz")
         raise
+    note_replacing(folder / PLAN)
     files = [plan.save(folder / PLAN)]
     joints: JointTrajectory | None = None
     log: SimulationLog | None = None
@@ -103,16 +111,33 @@ def run(
     if as_json:
         print_json(_as_data(plan, joints, log) | {"files": [str(file) for file in files]})
     else:
-        _print(name, plan, joints, log)
+        _print(name, plan, joints, log, full)
         for file in files:
             print(f"written: {file}")
     if not (plan.certificate().passed and joints and joints.report.passed and log and not log.fallen):
         raise typer.Exit(1)
 
 
-def _print(name: str, plan: Plan, joints: JointTrajectory | None, log: SimulationLog | None) -> None:
+def _require_whole_body(asked: Scenario, whole_body: Path | None) -> None:
+    """Raises what tracking and simulating would raise: before the plan, not after it."""
+    from rollgait.robot.whole_body import EXTRA, find_whole_body, load_whole_body
+
+    try:
+        for module in ("daqp", "mujoco", "pinocchio"):
+            import_module(module)
+    except ImportError:
+        raise MissingExtraError("'rollgait run'", EXTRA) from None
+    if whole_body is None:
+        find_whole_body(asked.body)
+    else:
+        load_whole_body(whole_body)
+
+
+def _print(
+    name: str, plan: Plan, joints: JointTrajectory | None, log: SimulationLog | None, full: bool
+) -> None:
     print_plan(plan, name)
-    print_certificate(plan.certificate())
+    print_certificate(plan.certificate(), full)
     if joints is None or log is None:
         print("\nnot executed: the plan is not certified; --force executes it anyway\n")
         return

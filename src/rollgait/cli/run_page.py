@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
 from rollgait.cli.output import number
+from rollgait.cli.report import NEAREST
 from rollgait.cli.simulate import conditions, summary_rows, verdict
+from rollgait.plan.certificate import Row
 from rollgait.plan.plan import Plan
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.simulation import SimulationLog, SimulationReport
 from rollgait.tracking import JointTrajectory, TrackingReport
 from rollgait.view.figures import figure
-from rollgait.view.page import Page, Part, Picture, Sentence, Table
+from rollgait.view.moving_picture import moving_picture
+from rollgait.view.page import Folded, Moving, Page, Part, Picture, Pictures, Sentence, Table
 from rollgait.view.physics import physics_figure
 
 PLAN_FIGURES = {
@@ -28,6 +31,7 @@ PHYSICS_CAPTIONS = {
     "contact-forces": "Normal contact forces, measured and planned; shaded: planned swing",
     "torques": "Torques of the most used joints as a share of their limits",
 }
+NEAR = "The rows nearest to their limits; all pass:"
 
 
 def page_of(name: str, plan: Plan, joints: JointTrajectory | None, log: SimulationLog | None) -> Page:
@@ -41,8 +45,17 @@ def page_of(name: str, plan: Plan, joints: JointTrajectory | None, log: Simulati
     )
     stays = "it was not executed" if log is None else verdict(log.report())
     page.add("Verdict", Sentence(f"The plan is {says}; {stays}.", True))
-    page.add("Plan", Table(list(_plan_rows(plan)), right=[1]), *_plan_pictures(plan))
-    page.add("Certificate", Table(list(_certificate_rows(plan)), right=[1]))
+    page.add(
+        "Motion", Moving(moving_picture(plan), "The plan, from the side and from above, in its own time")
+    )
+    page.add("Plan", Table(list(_plan_rows(plan)), right=[1]), Pictures(_plan_pictures(plan)))
+    shown = (*certificate.failures, *certificate.nearest(NEAREST))
+    page.add(
+        "Certificate",
+        Sentence("The rows that fail, and those nearest to their limits:" if certificate.failures else NEAR),
+        Table(list(_certificate_rows(shown)), right=[1]),
+        Folded("All rows", [Table(list(_certificate_rows(certificate.rows)), right=[1])]),
+    )
     if joints is not None:
         page.add("Whole body", *_tracking_parts(joints.report))
     if log is not None:
@@ -55,20 +68,21 @@ def _plan_rows(plan: Plan) -> Iterator[tuple[str, str, str]]:
     yield ("quantity", "value", "unit")
     yield ("duration", number(plan.horizon), "s")
     yield ("profile", plan.scenario.profile, "")
-    yield ("iterations", str(s.iterations), s.solver)
+    yield ("solver", s.solver, "")
+    yield ("iterations", str(s.iterations), "")
     yield ("time to solve", number(s.solve_time), "s")
     for term, cost in s.costs.items():
         yield (f"cost: {term}", number(cost, 4), "")
     yield ("cost: total", number(s.cost, 4), "")
 
 
-def _plan_pictures(plan: Plan) -> list[Part]:
+def _plan_pictures(plan: Plan) -> list[Picture]:
     return [Picture(figure(plan, name), caption) for name, caption in PLAN_FIGURES.items()]
 
 
-def _certificate_rows(plan: Plan) -> Iterator[tuple[str, ...]]:
+def _certificate_rows(rows: Iterable[Row]) -> Iterator[tuple[str, ...]]:
     yield ("row", "worst", "limit", "unit", "leg", "time", "verdict")
-    for row in plan.certificate().rows:
+    for row in rows:
         when = "" if row.time is None else f"{row.time:.2f} s"
         limit = "" if row.limit is None else f"{'≤' if row.sense == 'at most' else '≥'} {number(row.limit)}"
         yield (row.name, number(row.worst), limit, row.unit, row.leg or "", when, row.verdict)
@@ -92,7 +106,7 @@ def _physics_parts(log: SimulationLog) -> list[Part]:
         Table([("quantity", "value", "unit"), *summary_rows(report)], right=[1]),
         Table(list(_force_rows(report)), right=[1, 2]),
         Table(list(_joint_rows(report)), right=[1, 2, 3]),
-        *(Picture(physics_figure(log, name), caption) for name, caption in PHYSICS_CAPTIONS.items()),
+        Pictures([Picture(physics_figure(log, name), caption) for name, caption in PHYSICS_CAPTIONS.items()]),
     ]
 
 

@@ -10,6 +10,7 @@ import typer
 from rollgait.cli.arguments import AsJson, Kernels, Profile, ScenarioName, Settings, scenario_with
 from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.cli.progress import StatusLine
+from rollgait.cli.replacing import note_replacing
 
 if TYPE_CHECKING:
     from rollgait.discover.step_search import StepSearch, Tried
@@ -56,6 +57,8 @@ def search(
             asked, changes=change or CHANGES, candidates=candidates, kernels=kernels, tell=tell
         )
     best = found.best
+    if out is not None and best is not None:
+        note_replacing(out)
     file = None if out is None or best is None or best.plan is None else best.plan.save(out)
     if as_json:
         number_of_best = None if best is None else found.tried.index(best)

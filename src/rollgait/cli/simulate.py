@@ -11,6 +11,7 @@ import typer
 from rollgait.cli.arguments import AsJson
 from rollgait.cli.motion_file import load_motion
 from rollgait.cli.output import MILLI, number, print_json, print_table
+from rollgait.cli.replacing import note_replacing
 from rollgait.files import check_writable
 
 if TYPE_CHECKING:
@@ -74,7 +75,9 @@ def simulate(
     whole_body: WholeBodyFile = None,
     as_json: AsJson = False,
 ) -> None:
-    """Let the whole body execute a motion in MuJoCo, and report how well.
+    """Let the whole body execute a motion in MuJoCo.
+
+    Reports how well it does.
 
     Exit status: 0 if the robot stays on its feet, 1 if it falls or the plan is not certified, 2 wrong input.
     """
@@ -172,7 +175,7 @@ def summary_rows(report: SimulationReport) -> list[tuple[str, str, str]]:
         ("CoM, largest", number(MILLI * report.com_worst), "mm"),
         ("slip, median", number(MILLI * report.slip_p50), "mm/s of loaded feet"),
         ("slip, 95 %", number(MILLI * report.slip_p95), "mm/s"),
-        ("real time", number(report.real_time_factor), "times faster"),
+        ("simulated", number(report.real_time_factor), "s of motion per s of computing"),
     ]
 
 
@@ -210,6 +213,9 @@ def print_simulation(report: SimulationReport) -> None:
 
 def _write(log: SimulationLog, record: Path | None, video: Path | None, whole_body: Path | None) -> list[str]:
     files = []
+    for path in (record, video):
+        if path is not None:
+            note_replacing(path)
     if record is not None:
         files.append(str(log.save(record)))
     if video is not None:

@@ -9,7 +9,8 @@ import typer
 
 from rollgait.cli.arguments import AsJson, PlanFile, rate_from
 from rollgait.cli.output import MILLI, number, print_json, print_table
-from rollgait.files import check_writable
+from rollgait.cli.replacing import note_replacing
+from rollgait.files import check_writable, npz_path
 
 if TYPE_CHECKING:
     from rollgait.tracking import TrackingReport
@@ -33,7 +34,9 @@ def track(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Find joint angles, velocities and torques that execute a plan, and judge them.
+    """Find the joints' motion that executes a plan.
+
+    Angles, velocities and torques, with a report of how well they follow the plan.
 
     Exit status: 0 if the whole body follows the plan within 1 mm, 0.5 degrees and its limits, 1 otherwise
     (what was found is still written) or if the plan is not certified, 2 wrong input.
@@ -42,10 +45,11 @@ def track(
     from rollgait.tracking import track as track_plan
 
     per_second = rate_from(rate)
-    target = out or Path(f"{plan_file.stem}.joints.npz")
+    target = npz_path(out or f"{plan_file.stem}.joints.npz", "out")
     check_writable(target)
     plan = Plan.load(plan_file)
     joints = track_plan(plan, per_second, force=force, waist=waist, whole_body=whole_body)
+    note_replacing(target)
     written = joints.save(target)
     if as_json:
         print_json({"file": str(written), **joints.report.to_dict()})

@@ -29,9 +29,9 @@ def view(
         str, typer.Option(metavar="ADDRESS", help="Address to listen on; by default this machine only.")
     ] = LOOPBACK,
 ) -> None:
-    """Show a motion in the browser: scrub through it, judge it, compare it, plan the next one.
+    """Show a motion in the browser; plan the next one.
 
-    Runs until Ctrl-C.
+    Scrub through it, see its certificate, compare it. Runs until Ctrl-C.
     """
     number = port_from(port)
     need_view("the viewer")

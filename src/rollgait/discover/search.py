@@ -14,7 +14,7 @@ from rollgait.discover.candidate import Candidate
 from rollgait.discover.proposers import PROPOSERS
 from rollgait.discover.reserves import driving
 from rollgait.errors import InputError, NotSolvedError, shortened
-from rollgait.footing.on_terrain import poses_of
+from rollgait.footing.pace import poses_of
 from rollgait.plan.plan import CandidateResult, Plan
 from rollgait.scenario.gait import Discover
 from rollgait.scenario.scenario import Scenario

@@ -1,4 +1,4 @@
-"""What a run of the controller was like: arrays over time, and the judgement in numbers."""
+"""What a run of the controller was like: arrays over time, and its report in numbers."""
 
 from __future__ import annotations
 

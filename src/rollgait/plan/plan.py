@@ -1,10 +1,11 @@
-"""A plan: what was asked, what was found, and how. Frozen; samples, judges, saves and loads itself."""
+"""A plan: what was asked, what was found, and how. Frozen; samples, certifies, saves and loads itself."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -19,6 +20,7 @@ from rollgait.npz import Layout
 from rollgait.plan.condensed import CondensedTrajectory  # noqa: F401  (so that its files are known)
 from rollgait.plan.samples import Samples
 from rollgait.plan.trajectory import Trajectory
+from rollgait.presented import Shown, Tabular
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.mesh import Mesh
 from rollgait.scenario.scenario import Scenario
@@ -138,7 +140,7 @@ class Statistics:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Shown, Tabular):
     """A planned motion.
 
     Attributes:
@@ -154,6 +156,11 @@ class Plan:
     schedule: ContactSchedule
     trajectory: Trajectory
     statistics: Statistics
+
+    def __repr__(self) -> str:
+        steps = sum(1 for _ in self.schedule.swings())
+        result = f"solved, cost {self.statistics.cost:.4g}" if self.solved else "not solved"
+        return f"<Plan: {self.robot.name}, {self.horizon:g} s, {steps} steps, {result}>"
 
     def with_statistics(self, statistics: Statistics) -> Plan:
         """The same plan with other statistics; what was judged of it stays."""
@@ -181,9 +188,13 @@ class Plan:
         Raises:
             InputError: a time lies outside the horizon or is not finite.
         """
-        times = np.atleast_1d(np.asarray(time, dtype=float))
+        rule = "must be a number or an array of shape (n,), s"
+        try:
+            times = np.atleast_1d(np.asarray(time, dtype=float))
+        except (TypeError, ValueError):
+            raise InputError("time", time, rule) from None
         if times.ndim != 1:
-            raise InputError("time", times.shape, "must be a number or an array of shape (n,)")
+            raise InputError("time", times.shape, rule)
         outside = times[~((times >= -1e-9) & (times <= self.horizon + 1e-9))]
         if outside.size:
             raise InputError(
@@ -201,7 +212,8 @@ class Plan:
         Raises:
             InputError: the rate is not positive, or asks for more than `MAX_SAMPLES`.
         """
-        if not (np.isfinite(rate) and rate > 0.0):
+        given: Any = rate
+        if not (isinstance(given, Real) and 0.0 < float(given) < math.inf):
             raise InputError("rate", rate, "must be a positive number of samples per second (Hz)")
         if rate * self.horizon > MAX_SAMPLES:
             most = MAX_SAMPLES / self.horizon
@@ -212,7 +224,7 @@ class Plan:
         return self.sample(np.append(inside, self.horizon))
 
     def certificate(self) -> Certificate:
-        """Judges the plan by code that shares nothing with the optimiser (computed once)."""
+        """What is measured of the plan by code that shares nothing with the optimiser (computed once)."""
         return self._certificate
 
     @cached_property
@@ -224,7 +236,7 @@ class Plan:
     # -- files --
 
     def save(self, path: str | Path) -> Path:
-        """Writes the plan as one .npz file (the suffix is added if it is missing); returns its path.
+        """Writes the plan as one .npz file (the suffix is added to a name without one); returns its path.
 
         The map of its ground goes with it: whoever reads the plan needs no other file.
         """

@@ -6,13 +6,25 @@ z up). The legs come always in the order FL, FR, HL, HR (front/hind, left/right)
 
 from __future__ import annotations
 
-from typing import Final, Literal
+from collections.abc import Mapping
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from rollgait.config import Config, Line, Number, Positive, PositiveVector3, Range, Vector3
+from rollgait.config import (
+    Config,
+    Line,
+    Number,
+    Positive,
+    PositiveVector3,
+    Range,
+    Vector3,
+    set_key,
+    validate,
+)
+from rollgait.presented import Shown
 
 LegName = Literal["FL", "FR", "HL", "HR"]
 LEG_NAMES: Final[tuple[LegName, ...]] = ("FL", "FR", "HL", "HR")
@@ -134,7 +146,7 @@ class Legs(Config):
     """Hind right."""
 
 
-class Robot(Config):
+class Robot(Shown, Config):
     """A quadruped as a single rigid body with four feet."""
 
     name: Line
@@ -201,6 +213,13 @@ class Robot(Config):
         p = self.stance if p_foot_base is None else np.asarray(p_foot_base, dtype=float)
         balance = np.stack([np.ones(p.shape[:-1]), p[..., 0], p[..., 1]], axis=-2)
         return np.asarray(self.weight * np.linalg.pinv(balance)[..., 0])
+
+    def with_values(self, values: Mapping[str, Any]) -> Robot:
+        """A copy with dotted keys set: `{"mass": 90.0, "legs.FL.speed_max": 2.0}`. Raises `InputError`."""
+        data = self.model_dump(mode="json")
+        for key, value in values.items():
+            set_key(data, key, value)
+        return validate(Robot, data)
 
     def with_feet(self, foot: FootKind) -> Robot:
         """The same robot with all feet of another kind (e.g. `point` where the wheels are locked)."""

@@ -21,9 +21,7 @@ DIGITS: Final = 4
 NAME_MAX: Final = 60
 """Characters of a robot's name."""
 
-_HEAD: Final = (
-    "# Found by chains, symmetry and axes. Correct what is wrong, and import again: docs/whole-body.md\n"
-)
+_HEAD: Final = "# Found by chains, symmetry and axes. Correct what is wrong, and import again.\n"
 
 
 def discover(file: Path) -> WholeBody:

@@ -80,7 +80,7 @@ def find_legs(urdf: Urdf) -> dict[LegName, LegFound]:
             best = (cost, ordered)
     if best is None:
         ends_named = ", ".join(shown(joint.child) for joint in ends[:8]) or "none"
-        rule = "must be named in a file (docs/whole-body.md): there are no four chains of turning joints that"
+        rule = "must be named in a file (option --legs): there are no four chains of turning joints that"
         chains = f"mirror each other left and right among those that end in {ends_named}"
         raise InputError("legs", MISSING, f"{rule} {chains}")
     tree.check_forward(best[1])

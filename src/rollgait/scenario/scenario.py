@@ -16,6 +16,7 @@ from pydantic import Discriminator, Field, Tag, field_validator, model_validator
 from rollgait.angles import turned
 from rollgait.config import Config, NonNegative, Number, Positive, dump_yaml, load_yaml, set_key, validate
 from rollgait.errors import InputError
+from rollgait.presented import Shown
 from rollgait.robot.library import find_robot
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.gait import GAIT_KINDS, GAITS, BaseGait, Discover, Drive, Gait
@@ -104,7 +105,7 @@ class Goal(Config):
         return self
 
 
-class Scenario(Config):
+class Scenario(Shown, Config):
     """A motion to be planned. Build it in Python, from a mapping, a YAML file, or the library by name."""
 
     description: str = ""

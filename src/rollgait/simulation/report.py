@@ -1,4 +1,4 @@
-"""The judgement of a simulation: does the robot do what was planned?"""
+"""What was measured of a simulation: does the robot do what was planned?"""
 
 from __future__ import annotations
 

@@ -65,7 +65,7 @@ class TrackingRow:
 
 @dataclass(frozen=True)
 class TrackingReport:
-    """The judgement of a joint trajectory.
+    """What was measured of a joint trajectory, and whether it follows its plan.
 
     Attributes:
         rows: what was measured.

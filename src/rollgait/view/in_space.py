@@ -54,11 +54,11 @@ def draw_paths(figure: Figure, plan: Plan, style: Style) -> None:
         place = plan.sample(touch_down).foot_position[leg]
         axes.scatter(*place, s=dot, color=LEG_COLOURS[leg], depthshade=False, linewidths=0.0)
     axes.plot(*s.com_position.T, color=BASE_COLOUR)
-    axes.plot(*_outline(plan.robot, _pose(start)).T, color=SECOND_COLOUR, lw=0.7 * style.line)
+    axes.plot(*outline_of(plan.robot, _pose(start)).T, color=SECOND_COLOUR, lw=0.7 * style.line)
     axes.scatter(*start.com_position, s=dot, color=BASE_COLOUR, depthshade=False, linewidths=0.0)
-    corners = [s.foot_position.reshape(-1, 3), s.com_position, _outline(plan.robot, _pose(start))]
+    corners = [s.foot_position.reshape(-1, 3), s.com_position, outline_of(plan.robot, _pose(start))]
     for goal in _goals(plan):
-        outline = _outline(plan.robot, goal)
+        outline = outline_of(plan.robot, goal)
         corners.append(outline)
         axes.plot(*outline.T, color=GOAL_COLOUR, lw=0.7 * style.line)
         axes.scatter(*goal[:3], s=6 * dot, marker="*", color=GOAL_COLOUR, depthshade=False, linewidths=0.0)
@@ -100,7 +100,7 @@ def draw_top(figure: Figure, plan: Plan, style: Style) -> None:
     s, goals = dense_samples(plan), _goals(plan)
     edges = [0.0, *(later.at for later in plan.scenario.goal.then), plan.horizon]
     points = np.concatenate([s.foot_position[..., :2].reshape(-1, 2), s.com_position[:, :2]])
-    points = np.concatenate([points, *(_outline(plan.robot, goal)[:, :2] for goal in goals)])
+    points = np.concatenate([points, *(outline_of(plan.robot, goal)[:, :2] for goal in goals)])
     margin = 0.03 + max(leg.wheel_radius or 0.0 for leg in plan.robot.leg_list)
     low, high = points.min(axis=0) - margin, points.max(axis=0) + margin
     shape = (high[1] - low[1]) / (high[0] - low[0])
@@ -115,7 +115,7 @@ def draw_top(figure: Figure, plan: Plan, style: Style) -> None:
         for leg in reversed(range(4)):
             axes.plot(*now.foot_position[:, leg, :2].T, color=LEG_COLOURS[leg], lw=0.6 * style.line)
         axes.plot(*now.com_position[:, :2].T, color=BASE_COLOUR, lw=0.6 * style.line)
-        axes.plot(*_outline(plan.robot, goal)[:, :2].T, color=GOAL_COLOUR, lw=0.8 * style.line)
+        axes.plot(*outline_of(plan.robot, goal)[:, :2].T, color=GOAL_COLOUR, lw=0.8 * style.line)
         axes.plot(*goal[:2], ls="", marker="*", ms=7.0 * style.line, color=GOAL_COLOUR, zorder=4)
         for time in snapshot_times(plan, begin, end):
             _snapshot(axes, plan, plan.sample(time), style)
@@ -133,8 +133,8 @@ def draw_top(figure: Figure, plan: Plan, style: Style) -> None:
 
 def _snapshot(axes: Axes, plan: Plan, now: Samples, style: Style) -> None:
     """The robot from above at one time."""
-    axes.fill(*_outline(plan.robot, _pose(now))[:, :2].T, color=SECOND_COLOUR, alpha=0.12, lw=0.0)
-    axes.plot(*_outline(plan.robot, _pose(now))[:, :2].T, color=SECOND_COLOUR, lw=0.5 * style.line)
+    axes.fill(*outline_of(plan.robot, _pose(now))[:, :2].T, color=SECOND_COLOUR, alpha=0.12, lw=0.0)
+    axes.plot(*outline_of(plan.robot, _pose(now))[:, :2].T, color=SECOND_COLOUR, lw=0.5 * style.line)
     for leg, (data, line) in enumerate(zip(plan.robot.leg_list, _legs(plan.robot, now), strict=True)):
         axes.plot(*line[:, :2].T, color=SECOND_COLOUR, lw=0.5 * style.line)
         foot, radius = now.foot_position[leg, :2], data.wheel_radius
@@ -171,7 +171,7 @@ def _goals(plan: Plan) -> list[Array]:
     return list(goal_poses(plan.scenario, np.array(begins)))
 
 
-def _outline(robot: Robot, pose: Array) -> Array:
+def outline_of(robot: Robot, pose: Array) -> Array:
     """Closed outline of the level body at the height of the CoM, with its nose, world, shape (6, 3), m."""
     fl, fr, hl, hr = hips(robot)
     nose = 0.5 * (fl + fr) + [NOSE, 0.0]

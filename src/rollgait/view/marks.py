@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
-from rollgait.plan.certificate import Row
+from rollgait.plan.certificate.rows import nearness
 from rollgait.plan.plan import Plan
 from rollgait.simulation.log import SimulationLog
 from rollgait.tracking import JointTrajectory
@@ -52,7 +52,7 @@ def marks_of_plan(plan: Plan) -> tuple[Mark, ...]:
             row.leg or "",
             measure(row.worst, row.limit, row.unit, row.sense == "at least"),
             row.verdict == "fail",
-            _severity(row),
+            row.nearness,
         )
         for row in plan.certificate().rows
         if row.time is not None and row.verdict != "not promised" and row.limit is not None
@@ -68,7 +68,7 @@ def marks_of_joints(joints: JointTrajectory) -> tuple[Mark, ...]:
             row.where,
             measure(row.worst, row.limit, row.unit, row.at_least),
             row.limit is not None and not row.passed,
-            _ratio(row.worst, 100.0 if row.limit is None else row.limit, row.at_least),
+            nearness(row.worst, 100.0 if row.limit is None else row.limit, row.at_least),
         )
         for row in joints.report.rows
         if row.limit is not None or row.unit == "%"
@@ -100,18 +100,3 @@ def measure(worst: float, limit: float | None, unit: str, at_least: bool) -> str
 def _worst(marks: Iterable[Mark]) -> tuple[Mark, ...]:
     ranked = sorted(marks, key=lambda mark: (mark.failed, mark.severity), reverse=True)
     return tuple(ranked[:MOST])
-
-
-def _severity(row: Row) -> float:
-    return 0.0 if row.limit is None else _ratio(row.worst, row.limit, row.sense == "at least")
-
-
-def _ratio(worst: float, limit: float, at_least: bool) -> float:
-    """How near to a limit a value is: 1 is at it, 0 far away, more than 1 beyond it."""
-    if not math.isfinite(worst):
-        return math.inf
-    if at_least:
-        return math.inf if worst <= 0.0 < limit else max(0.0, limit / worst if worst else 0.0)
-    if limit <= 0.0:
-        return math.inf if worst > limit else 0.0
-    return max(0.0, worst / limit)

@@ -6,6 +6,7 @@ import contextlib
 import errno
 import io
 import socket
+from contextlib import AbstractContextManager
 from typing import Any, Final
 
 import viser
@@ -14,6 +15,7 @@ from rollgait.errors import InputError
 from rollgait.view.gate.access import LOOPBACK, Access, Site
 from rollgait.view.gate.connections import Gate, behind
 from rollgait.view.gate.controls import Controls
+from rollgait.view.whole import Blocks
 
 __all__ = ["LOOPBACK", "PORT", "Server", "check_address", "start_server", "stop_server"]
 
@@ -37,6 +39,11 @@ class Server(viser.ViserServer):
         with behind(gate):
             super().__init__(host=host, port=port, label=title, verbose=False)
         gate.controls = Controls(self.gui)
+        self._blocks = Blocks(self._websock_server.get_message_buffer())  # viser tells it in no other way
+
+    def atomic(self) -> AbstractContextManager[None]:
+        """What is sent in this block is seen together, or not at all."""
+        return self._blocks.block()
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Refuses: a page must not be able to publish this server."""

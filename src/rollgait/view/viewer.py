@@ -1,4 +1,4 @@
-"""The viewer: a page with a motion, its judgement, and a place to plan the next one.
+"""The viewer: a page with a motion, its certificate, and a place to plan the next one.
 
 All state is the server's: every browser sees and moves the same.
 """
@@ -22,7 +22,7 @@ from rollgait.view.layers.layer import GHOST
 from rollgait.view.lights import add_lights, cast_shadows
 from rollgait.view.meshes import whole_body_of
 from rollgait.view.opening import open_clip
-from rollgait.view.panels.judgement import JudgementPanel
+from rollgait.view.panels.certificate import CertificatePanel
 from rollgait.view.panels.motion import Header, LayerPanel, PlotPanel, TimePanel
 from rollgait.view.panels.planning import PlanningPanel
 from rollgait.view.scene import Scene
@@ -86,7 +86,7 @@ class Viewer:
             self.time.build(clip)
             self._layers.build({t: layer.root.visible for t, layer in self.scene.layers.items()})
             self._plots.build(clip)
-            self._judgement.build(clip)
+            self._certificate.build(clip)
             self.panel.build(clip)
             self._whole_body.visible = (
                 clip.plan is not None and clip.joints is None and whole_body_of(clip.robot) is not None
@@ -154,8 +154,8 @@ class Viewer:
         shadows.on_update(lambda event: cast_shadows(self.server.scene, event.target.value))
         add_lights(self.server.scene)
         cast_shadows(self.server.scene, False)
-        with tabs.add_tab("Judgement") as tab:
-            self._judgement = JudgementPanel(gui, tab, self._go)
+        with tabs.add_tab("Certificate") as tab:
+            self._certificate = CertificatePanel(gui, tab, self._go)
         with tabs.add_tab("Plan"):
             self.panel = PlanningPanel(self.server, self.plan, self.planning.cancel, self._save_plan)
         with tabs.add_tab("Files"):

@@ -1,4 +1,4 @@
-"""The certificate: a judgement of a plan by code that shares nothing with the optimiser.
+"""The certificate: a plan measured by code that shares nothing with the optimiser.
 
 It uses NumPy, its own equations of motion and its own integration of them, and knows the plan only through
 `plan.sample`.

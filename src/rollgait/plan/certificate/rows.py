@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.errors import UnknownNameError
+from rollgait.presented import Shown
 from rollgait.robot.robot import LEG_NAMES, LegName
 
 MICROSECONDS = 6
@@ -47,6 +50,11 @@ class Row:
     sense: Literal["at most", "at least"] = "at most"
     failing: tuple[float, ...] = ()
 
+    @property
+    def nearness(self) -> float:
+        """How near it is to its limit: 1 is at it, 0 far away, more than 1 beyond it; 0 without a limit."""
+        return 0.0 if self.limit is None else nearness(self.worst, self.limit, self.sense == "at least")
+
     def __str__(self) -> str:
         sign = "≤" if self.sense == "at most" else "≥"
         limit = "" if self.limit is None else f"{sign} {self.limit:.4g}"
@@ -56,8 +64,8 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Certificate:
-    """The judgement of a plan.
+class Certificate(Shown):
+    """What was measured of a plan, and whether it keeps what it promises.
 
     Attributes:
         rows: everything that was measured. What the plan has nothing of (swings, joints) has no row.
@@ -75,6 +83,11 @@ class Certificate:
         """The rows that fail."""
         return tuple(row for row in self.rows if row.verdict == "fail")
 
+    def nearest(self, count: int) -> tuple[Row, ...]:
+        """Of the rows that pass those nearest to their limits, the nearest first, at most `count`."""
+        passing = [row for row in self.rows if row.verdict == "pass"]
+        return tuple(sorted(passing, key=lambda row: row.nearness, reverse=True)[:count])
+
     def row(self, name: str) -> Row:
         """The row of this name. Raises `UnknownNameError`."""
         for row in self.rows:
@@ -84,6 +97,14 @@ class Certificate:
             "row", name, [row.name for row in self.rows], "is not a row of this certificate"
         )
 
+    def __repr__(self) -> str:
+        failed = ", ".join(row.name for row in self.failures)
+        return f"<Certificate: {len(self.rows)} rows, {f'not passed: {failed}' if failed else 'passed'}>"
+
+    def to_pandas(self) -> Any:
+        """The rows as a `pandas.DataFrame` by their names. Raises `MissingExtraError` without pandas."""
+        return import_module("rollgait.export.tables").rows_frame(self)
+
     def to_dict(self) -> dict[str, Any]:
         """Plain data for JSON; a number that is not finite becomes None."""
         rows = [{key: _plain(value) for key, value in asdict(row).items()} for row in self.rows]
@@ -91,6 +112,17 @@ class Certificate:
 
     def __str__(self) -> str:
         return "\n".join(str(row) for row in self.rows)
+
+
+def nearness(worst: float, limit: float, at_least: bool) -> float:
+    """How near a value is to its limit: 1 is at it, 0 far away, more than 1 beyond it."""
+    if not math.isfinite(worst):
+        return math.inf
+    if at_least:
+        return math.inf if worst <= 0.0 < limit else max(0.0, limit / worst if worst else 0.0)
+    if limit <= 0.0:
+        return math.inf if worst > limit else 0.0
+    return max(0.0, worst / limit)
 
 
 def measured(

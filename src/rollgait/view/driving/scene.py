@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, Final
 
 import numpy as np
-from viser import MeshHandle, SceneApi
+from viser import BatchedMeshHandle, MeshHandle, SceneApi
 
 from rollgait.plan.samples import Array, Samples, level_contact
 from rollgait.robot.robot import Robot
@@ -56,7 +56,7 @@ class Pieces:
     def __init__(self, scene: SceneApi, path: str, clip: Clip) -> None:
         self._chain = Chain(clip)
         self._frames = []
-        self.handles: list[MeshHandle] = []
+        self.handles: list[MeshHandle | BatchedMeshHandle] = []
         for number, piece in enumerate(self._chain.pieces):
             frame = scene.add_frame(f"{path}/{number}", show_axes=False)
             self._frames.append(frame)
@@ -82,7 +82,7 @@ class Planned:
     def __init__(self, scene: SceneApi, path: str, clip: Clip) -> None:
         self._layer = PlannedRobot(scene, path, clip, SOLID)
         self._robot = clip.robot
-        self.handles: list[MeshHandle] = [self._layer.body]
+        self.handles: list[MeshHandle | BatchedMeshHandle] = [self._layer.body.handle]
 
     def show(self, snapshot: Snapshot) -> None:
         """Moves all parts."""

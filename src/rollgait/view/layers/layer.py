@@ -5,15 +5,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from matplotlib.colors import to_rgb
-from numpy.typing import NDArray
-from viser import SceneApi
+from numpy.typing import ArrayLike, NDArray
+from viser import BatchedMeshHandle, SceneApi
 
 from rollgait.plan.samples import Array
 from rollgait.view.clip import Clip
+from rollgait.view.shapes import Shape
 from rollgait.view.style import LEG_COLOURS
 
 Colour = tuple[int, int, int]
@@ -90,6 +91,53 @@ class Layer(ABC):
     def at(self, name: str) -> str:
         """The name of a part in the scene."""
         return f"{self.path}/{name}"
+
+
+class Moving:
+    """One shape that moves, as a batch of one: all that moves in a scene is in batches.
+
+    Viser's page draws the pose of a node at once, but the arrays of a batch one picture later. Beside batches
+    a node would run ahead of them, the farther the fewer pictures a second there are.
+
+    Args:
+        scene: where it is.
+        name: of the node.
+        shape: vertices in m, and faces.
+        colour: as it is seen.
+        position: (3,), m.
+        turn: (w, x, y, z).
+        options: further ones of viser's batched meshes.
+    """
+
+    def __init__(
+        self,
+        scene: SceneApi,
+        name: str,
+        shape: Shape,
+        colour: Colour,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        turn: ArrayLike = (1.0, 0.0, 0.0, 0.0),
+        **options: Any,
+    ) -> None:
+        self.handle: BatchedMeshHandle = scene.add_batched_meshes_simple(
+            name,
+            *shape,
+            batched_wxyzs=_row(turn),
+            batched_positions=_row(position),
+            batched_colors=linear([colour]),
+            lod="off",
+            **options,
+        )
+
+    def move(self, position: ArrayLike, turn: ArrayLike | None = None) -> None:
+        """To another place, and turned otherwise if that is given."""
+        self.handle.batched_positions = _row(position)
+        if turn is not None:
+            self.handle.batched_wxyzs = _row(turn)
+
+
+def _row(values: ArrayLike) -> NDArray[np.float32]:
+    return np.asarray(values, dtype=np.float32)[None]
 
 
 def rgb(colour: str, light: float = 0.0) -> Colour:

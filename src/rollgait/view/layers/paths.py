@@ -7,7 +7,7 @@ from viser import BatchedMeshHandle
 
 from rollgait.plan.samples import Array
 from rollgait.view import shapes
-from rollgait.view.layers.layer import NOWHERE, Layer, linear, rgb, single
+from rollgait.view.layers.layer import NOWHERE, Layer, Moving, linear, rgb, single
 from rollgait.view.on_ground import ABOVE, normals, on_ground
 from rollgait.view.paths import segments_of
 from rollgait.view.rotations import from_z_to, wxyz
@@ -19,6 +19,7 @@ THIN, THICK = 0.009, 0.014
 """Thickness of the future and of the past, m."""
 RING = 0.055
 """Radius of a touch-down, m."""
+COM_COLOUR = "#F5C400"
 FAINT = 0.55
 """How far the future is from its colour to white."""
 
@@ -110,18 +111,12 @@ class Com(Layer):
 
     def draw(self) -> None:
         vertices, faces = shapes.ball()
-        self.ball = self.scene.add_mesh_simple(
-            self.at("ball"), vertices * 0.035, faces, color=self.look.of("#F5C400"), cast_shadow=False
-        )
+        yellow, black = self.look.of(COM_COLOUR), self.look.of(BASE_COLOUR)
+        ball = 0.035 * vertices, faces
+        self.ball = Moving(self.scene, self.at("ball"), ball, yellow, cast_shadow=False)
         disc, disc_faces = shapes.ring(inner=0.0)
-        self.disc = self.scene.add_mesh_simple(
-            self.at("disc"),
-            disc * 0.03,
-            disc_faces,
-            color=self.look.of(BASE_COLOUR),
-            side="double",
-            cast_shadow=False,
-        )
+        flat = 0.03 * disc, disc_faces
+        self.disc = Moving(self.scene, self.at("disc"), flat, black, side="double", cast_shadow=False)
         below = self.clip.samples.com_position
         self._below = on_ground(self.clip.terrain, below, 2 * ABOVE)
         self._turn = wxyz(from_z_to(normals(self.clip.terrain, below)))
@@ -129,5 +124,5 @@ class Com(Layer):
 
     def show(self, index: int) -> None:
         x, y, z = self.clip.samples.com_position[index]
-        self.ball.position = (x, y, z + 0.1 * self.clip.robot.height)
-        self.disc.position, self.disc.wxyz = self._below[index], self._turn[index]
+        self.ball.move((x, y, z + 0.1 * self.clip.robot.height))
+        self.disc.move(self._below[index], self._turn[index])

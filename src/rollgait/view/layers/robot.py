@@ -9,7 +9,7 @@ from viser import BatchedMeshHandle
 from rollgait.plan.samples import Array
 from rollgait.view import shapes
 from rollgait.view.clip import Clip
-from rollgait.view.layers.layer import Layer, linear, single
+from rollgait.view.layers.layer import Layer, Moving, linear, single
 from rollgait.view.rotations import from_z_to, matrix_from_axis, matrix_from_euler, turn_z, wxyz
 
 LEG_RADIUS = 0.017
@@ -29,19 +29,14 @@ class Robot(Layer):
     for_ghost = True
 
     def draw(self) -> None:
-        scene, opacity = self.scene, self.look.opacity
         self.place(self.clip, self.clip.wheel_angle)
-        self.base = scene.add_frame(self.at("base"), show_axes=False)
-        vertices, faces = shapes.body(self.clip.robot)
-        self.body = scene.add_mesh_simple(
-            self.at("base/body"),
-            vertices,
-            faces,
-            color=self.look.of(BODY_COLOUR),
-            opacity=opacity,
-            flat_shading=True,
-        )
-        self._nose()
+        opacity = self.look.opacity
+        body = shapes.body(self.clip.robot)
+        colour = self.look.of(BODY_COLOUR)
+        self.body = Moving(self.scene, self.at("body"), body, colour, opacity=opacity, flat_shading=True)
+        vertices, faces = shapes.ball()
+        nose, colour = (0.03 * vertices, faces), self.look.of(NOSE_COLOUR)
+        self.nose = Moving(self.scene, self.at("nose"), nose, colour, opacity=opacity)
         self._legs()
         self._feet()
         self.show(0)
@@ -51,6 +46,9 @@ class Robot(Layer):
         s, robot = clip.samples, clip.robot
         R = matrix_from_euler(s.euler)
         self._base = s.com_position, wxyz(R)
+        fl, fr, *_ = shapes.hips(robot)
+        front = np.append(0.5 * (fl + fr) + [shapes.NOSE, 0.0], 0.0)
+        self._front = s.com_position + R @ front  # a light, so that front and back are told apart
         hip = np.concatenate([shapes.hips(robot), np.zeros((4, 1))], axis=1)
         self._leg_from = s.com_position[:, None] + np.einsum("nij,lj->nli", R, hip)
         way = _ankles(clip) - self._leg_from
@@ -60,20 +58,6 @@ class Robot(Layer):
         spin = np.stack([matrix_from_axis(np.array([0.0, 1.0, 0.0]), wheel_angle[:, i]) for i in range(4)], 1)
         self._foot_turn = wxyz(turn_z(_headings(clip)) @ spin)
         self._centre = s.foot_position + [0.0, 0.0, 1.0] * _radii(clip)[:, None]
-
-    def _nose(self) -> None:
-        """A light on the front, so that front and back are told apart."""
-        fl, fr, *_ = shapes.hips(self.clip.robot)
-        front = 0.5 * (fl + fr) + [shapes.NOSE, 0.0]
-        vertices, faces = shapes.ball()
-        self.scene.add_mesh_simple(
-            self.at("base/nose"),
-            vertices * 0.03,
-            faces,
-            color=self.look.of(NOSE_COLOUR),
-            opacity=self.look.opacity,
-            position=(float(front[0]), float(front[1]), 0.0),
-        )
 
     def _legs(self) -> None:
         vertices, faces = shapes.cylinder()
@@ -101,13 +85,9 @@ class Robot(Layer):
         self.balls = []
         vertices, faces = shapes.ball()
         for leg in set(range(4)) - set(self._wheel_legs):
-            ball = self.scene.add_mesh_simple(
-                self.at(f"foot{leg}"),
-                vertices * POINT_FOOT,
-                faces,
-                color=self.look.leg(leg),
-                opacity=self.look.opacity,
-            )
+            shape = vertices * POINT_FOOT, faces
+            colour = self.look.leg(leg)
+            ball = Moving(self.scene, self.at(f"foot{leg}"), shape, colour, opacity=self.look.opacity)
             self.balls.append((leg, ball))
 
     def _wheel_part(self, name: str, shape: shapes.Shape, colours: NDArray[np.uint8]) -> BatchedMeshHandle:
@@ -130,7 +110,8 @@ class Robot(Layer):
 
     def show(self, index: int) -> None:
         position, turn = self._base
-        self.base.position, self.base.wxyz = position[index], turn[index]
+        self.body.move(position[index], turn[index])
+        self.nose.move(self._front[index])
         self.legs.batched_positions = single(self._leg_from[index])
         self.legs.batched_wxyzs = single(self._leg_turn[index])
         self.legs.batched_scales = single(self._leg_scale[index])
@@ -139,7 +120,7 @@ class Robot(Layer):
             part.batched_positions = single(self._centre[index, legs])
             part.batched_wxyzs = single(self._foot_turn[index, legs])
         for leg, ball in self.balls:
-            ball.position = self._centre[index, leg]
+            ball.move(self._centre[index, leg])
 
 
 def _radii(clip: Clip) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from rollgait.view.clip import Clip
-from rollgait.view.layers.layer import Layer
+from rollgait.view.layers.layer import Layer, Moving
 from rollgait.view.layers.robot import TYRE_COLOUR
 from rollgait.view.meshes import COLOUR, parts_of, whole_body_of
 from rollgait.view.style import LEG_COLOURS
@@ -23,16 +23,13 @@ class WholeBody(Layer):
         self.parts = []
         for part in parts_of(self.clip):
             colour = COLOUR if part.leg is None else TYRE_COLOUR if part.wheel else LEG_COLOURS[part.leg]
-            handle = self.scene.add_mesh_simple(
-                self.at(part.name),
-                *part.shape,
-                color=self.look.of(colour),
-                opacity=self.look.opacity,
-                flat_shading=True,
+            look = self.look.of(colour)
+            moving = Moving(
+                self.scene, self.at(part.name), part.shape, look, opacity=self.look.opacity, flat_shading=True
             )
-            self.parts.append((handle, part))
+            self.parts.append((moving, part))
         self.show(0)
 
     def show(self, index: int) -> None:
-        for handle, part in self.parts:
-            handle.position, handle.wxyz = part.position[index], part.turn[index]
+        for moving, part in self.parts:
+            moving.move(part.position[index], part.turn[index])

@@ -68,7 +68,7 @@ class TimePanel:
             step=0.001,
             initial_value=0.0,
             marks=marks or None,
-            hint="The numbers are the moments nearest to a limit; the tab Judgement says which. Click one.",
+            hint="The numbers are the moments nearest to a limit; the tab Certificate says which. Click one.",
             order=1.0,
         )
         self.slider.on_update(self._scrubbed)

@@ -16,7 +16,7 @@ from rollgait.view.panels.motion import BAD, GOOD
 SHADES = {"pass": GOOD, "fail": BAD, "not promised": "#888888"}
 
 
-class JudgementPanel:
+class CertificatePanel:
     """Buttons that go to the worst moments, and the rows of the certificate."""
 
     def __init__(self, gui: viser.GuiApi, place: Any, go: Callable[[float], None]) -> None:
@@ -24,7 +24,7 @@ class JudgementPanel:
         self._handles: list[Any] = []
 
     def build(self, clip: Clip) -> None:
-        """The judgement of a clip."""
+        """The marks of a clip, and the certificate of a plan."""
         for handle in self._handles:
             handle.remove()
         note = "Nearest to a limit: click to go there." if clip.marks else "Nothing is near a limit."

@@ -1,0 +1,56 @@
+"""Checks with mypy, strictly, the ```python blocks of README.md and docs/, and the examples.
+
+The blocks of a page are one module, as a reader types them one after the other. `.venv/bin/python
+tools/check_types.py` checks all; with Markdown files as arguments, those.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+sys.path.insert(0, str(Path(__file__).parent))
+from readme_commands import BLOCK
+
+ROOT: Final = Path(__file__).parents[1]
+
+
+def module_of(markdown: str) -> str:
+    """The Python blocks of a page as one module, each line where it stands on the page."""
+    lines = [""] * (markdown.count("\n") + 1)
+    for match in BLOCK.finditer(markdown):
+        if match["language"] == "python":
+            first = markdown.count("\n", 0, match.start("text"))
+            text = match["text"].splitlines()
+            lines[first : first + len(text)] = text
+    return "\n".join(lines) + "\n"
+
+
+def check(pages: Sequence[Path], modules: Sequence[Path] = ()) -> int:
+    """Checks pages and modules; returns mypy's exit status, after what it says."""
+    with tempfile.TemporaryDirectory() as folder:
+        files = []
+        for page in pages:
+            text = module_of(page.read_text(encoding="utf-8"))
+            if text.strip():
+                file = Path(folder) / f"{page.stem.replace('-', '_')}_page.py"
+                file.write_text(text, encoding="utf-8")
+                files.append(file)
+        command = [sys.executable, "-m", "mypy", "--strict", *map(str, [*files, *modules])]
+        return subprocess.run(command, cwd=ROOT, check=False).returncode
+
+
+def main(arguments: Sequence[str]) -> int:
+    """The pages that are named, or all and the examples."""
+    if arguments:
+        return check([Path(name) for name in arguments])
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    return check(pages, sorted((ROOT / "examples").glob("*.py")))
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
