@@ -26,6 +26,7 @@ class Lookalike:
         meshes: visuals are meshes of which there are no files.
         foreign: joints and links have names that say nothing.
         knee_limited: the knees bend one way only.
+        hip_pitch: limits of the hips' pitch joints, rad.
         arm: an arm of three joints on the back.
     """
 
@@ -37,6 +38,7 @@ class Lookalike:
     meshes: bool = False
     foreign: bool = False
     knee_limited: bool = False
+    hip_pitch: tuple[float, float] = (-2.2, 2.2)
     arm: bool = False
 
     @property
@@ -92,7 +94,7 @@ class Lookalike:
             above, place = link["hip"], (0.0, 0.1 * left * s, 0.0)
         else:
             place = (place[0], 0.22 * left * s, 0.0)
-        parts.append(self._joint(f"{prefix}_j2", above, link["thigh"], place, "0 1 0", (-2.2, 2.2)))
+        parts.append(self._joint(f"{prefix}_j2", above, link["thigh"], place, "0 1 0", self.hip_pitch))
         parts.append(self._link(link["thigh"], 2.0, (0.05, 0.05, 0.3), down=0.15))
         knee = (-2.6, -0.3) if self.knee_limited else (-2.6, 2.6)
         down = (0.0, 0.0, -0.3 * s)
@@ -192,6 +194,7 @@ LOOKALIKES = {
         Lookalike("fixed-at-joint", "fixed", at_joint=True, scale=0.7, knee_limited=True),
         Lookalike("fixed-foreign", "fixed", foreign=True, meshes=True, arm=True),
         Lookalike("fixed-planar", "fixed", hip_roll=False),
+        Lookalike("fixed-one-way", "fixed", hip_pitch=(-2.2, 0.8), knee_limited=True),
         Lookalike("steerable-plain", "steerable"),
         Lookalike("steerable-at-joint", "steerable", at_joint=True, scale=1.3, foreign=True),
         Lookalike("point-small", "point", scale=0.5, meshes=True),

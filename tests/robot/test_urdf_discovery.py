@@ -91,8 +91,21 @@ def test_the_box_is_reached_and_no_less(look: Lookalike, imported: ImportedRobot
     for _ in range(10):
         places = stance.state.p_foot + rng.uniform(-1, 1, (4, 3)) * box
         assert np.max(reach(model, stance.q, lambda _, places=places: places)[1]) < 1e-6
-    assert box[0] > 0.1 * imported.robot.height
-    assert box[2] > 0.05 * imported.robot.height
+    low, high = imported.robot.foot_boxes().swapaxes(0, 1)
+    assert ((high - low)[:, 0] > 0.2 * imported.robot.height).all()
+    assert ((high - low)[:, 2] > 0.1 * imported.robot.height).all()
+
+
+def test_each_leg_reaches_all_of_its_own_box(look: Lookalike, imported: ImportedRobot) -> None:
+    model = WholeBodyModel(imported.body)
+    stance, rng = nominal_stance(model), np.random.default_rng(0)
+    low, high = imported.robot.foot_boxes().swapaxes(0, 1)
+    assert (imported.robot.legs.FL.box is None) == (look.foot == "steerable")
+    assert low[::2] == pytest.approx(np.stack([low[1::2, 0], -high[1::2, 1], low[1::2, 2]], axis=1))
+    for _ in range(10):
+        offset = rng.uniform(low, high) * [1.0, look.hip_roll, 1.0]
+        places = stance.state.p_foot + offset
+        assert np.max(reach(model, stance.q, lambda _, places=places: places)[1]) < 1e-6
 
 
 def test_what_is_written_is_read_again(look: Lookalike, imported: ImportedRobot, tmp_path: Path) -> None:
@@ -105,6 +118,17 @@ def test_what_is_written_is_read_again(look: Lookalike, imported: ImportedRobot,
     assert scenario.body.mass == pytest.approx(look.mass, rel=1e-4)
     assert (scenario.gait.kind == "drive") == (not look.hip_roll)
     assert load_yaml(files.first)["goal"]["x"] > 0.1 * look.scale
+
+
+def test_a_leg_that_swings_one_way_only_has_a_long_box(tmp_path: Path) -> None:
+    """What stops the foot behind its place does not stop it ahead, nor the planner from using it."""
+    look = LOOKALIKES["fixed-one-way"]
+    urdf = tmp_path / "robot.urdf"
+    urdf.write_text(look.urdf())
+    robot = rg.import_robot(urdf).robot
+    for low, high in robot.foot_boxes():
+        assert high[0] > 2.0 * robot.box[0]
+        assert high[0] > 2.0 * -low[0]
 
 
 def test_a_robot_without_four_legs_is_one_sentence(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from rollgait.robot.urdf import import_robot
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.robot.urdf_model import WholeBodyModel
 from rollgait.robot.urdf_stance import nominal_stance, reach
-from rollgait.robot.whole_body import library_whole_body, load_whole_body
+from rollgait.robot.whole_body import library_whole_body, load_whole_body, whole_body_names
 
 FIXTURES = Path(__file__).parent.parent / "fixtures"
 
@@ -42,9 +42,10 @@ def numbers(data) -> list[float]:
     return [float(data)] if isinstance(data, int | float) else []
 
 
-def test_centauro_of_the_library_equals_the_import() -> None:
-    found = import_robot(library_whole_body("centauro")).robot
-    known = find_robot("centauro")
+@pytest.mark.parametrize("name", whole_body_names())
+def test_robots_of_the_library_equal_the_import(name: str) -> None:
+    found = import_robot(library_whole_body(name)).robot
+    known = find_robot(name)
     assert found.model_dump(exclude={"inertia", "legs"}) == known.model_dump(exclude={"inertia", "legs"})
     assert numbers(found.model_dump()) == pytest.approx(numbers(known.model_dump()), abs=2e-4)
     assert [leg.foot for leg in found.leg_list] == [leg.foot for leg in known.leg_list]

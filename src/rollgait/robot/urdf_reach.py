@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rollgait.robot.robot import LEG_NAMES, Limb
 from rollgait.robot.urdf_model import BASE_V, BodyState, WholeBodyModel
-from rollgait.robot.urdf_stance import Stance, reach
+from rollgait.robot.urdf_stance import FRONT, LEFT, Stance, reach
 from rollgait.robot.whole_body import Choices
 
 Array = NDArray[np.float64]
@@ -39,6 +39,21 @@ BOX_STEP: Final = 0.01
 
 BOX_TRIES: Final = 30
 """Most steps in which it shrinks: they get longer for robots taller than CENTAURO."""
+
+SIDES_LARGEST: Final = np.array([0.6, 0.3, 0.4])
+"""Longest sides of a leg's own box from the nominal place, as shares of the stance's height."""
+
+FIRST_SHARE: Final = 0.5
+"""How long its sides are at first, as a share of the box that all feet reach."""
+
+SIDE_STEPS: Final = 12
+"""Steps in which they grow: 4 cm of CENTAURO's."""
+
+STEP_SHARE: Final = 0.2
+"""Where a whole step goes too far a half is tried, and a quarter; nothing below this share."""
+
+FACE: Final = np.array(list(product((-1.0, 0.0, 1.0), repeat=2)))
+"""Corners, middles of edges and middle of a face of half-size 1."""
 
 REACHED: Final = 1e-6
 """Error with which a corner of the box counts as reached, m or rad."""
@@ -69,7 +84,8 @@ def reachable_box(model: WholeBodyModel, stance: Stance) -> Array | None:
         if _is_reached(model, stance, size):
             break
     else:
-        return None
+        least = np.full(3, PLANAR)  # feet that stand at the end of their reach on one side
+        return least if _is_reached(model, stance, least * (shape > 0.0)) else None
     for axis in GROWING if sideways else GROWING[:2]:
         while size[axis] + step <= largest[axis]:
             longer = size.copy()
@@ -78,6 +94,64 @@ def reachable_box(model: WholeBodyModel, stance: Stance) -> Array | None:
                 break
             size = longer
     return np.asarray(np.maximum(np.round(size, 3), PLANAR))
+
+
+def foot_boxes(model: WholeBodyModel, stance: Stance, half: Array) -> Array:
+    """A box of its own for each foot, (4, 2, 3), m: smallest and largest offset from the nominal place.
+
+    Begins with the box that all have and lets each side grow as long as the legs of an axle reach the face
+    that it moves: what stops a foot behind need not stop it ahead. Left and right mirror each other.
+
+    Args:
+        model: the whole body.
+        stance: the nominal stance.
+        half: half-sizes that all feet reach, (3,), m.
+    """
+    height = float(-stance.feet[:, 2].mean())
+    largest = np.maximum(SIDES_LARGEST * height, half)
+    step = SIDES_LARGEST * height / SIDE_STEPS
+    axes = (0, 1, 2) if _moves_sideways(model, stance) else (0, 2)
+    first = np.zeros(3)
+    first[list(axes)] = FIRST_SHARE * half[list(axes)]
+    sides = np.tile(first, (len(FRONT), 2, 1))  # of each axle: behind, inside, below; ahead, outside, above
+    steps = np.zeros_like(sides)
+    steps[..., list(axes)] = step[list(axes)]
+    while steps.any():
+        for axis, end in product(axes, range(2)):
+            longer = sides.copy()
+            longer[:, end, axis] += steps[:, end, axis]
+            growing = steps[:, end, axis] > 0.0
+            held = _face_is_held(model, stance, longer, end, axis) if growing.any() else growing
+            grown = growing & held & (longer[:, end, axis] <= largest[axis])
+            sides[grown] = longer[grown]
+            steps[growing & ~grown, end, axis] /= 2.0
+            steps[steps < STEP_SHARE * step] = 0.0
+    boxes = np.empty((len(LEG_NAMES), 2, 3))
+    for axle, legs in enumerate(FRONT):
+        for leg in legs:
+            low, high = -sides[axle, 0], sides[axle, 1].copy()
+            if LEFT[leg] < 0.0:
+                low[1], high[1] = -high[1], -low[1]
+            boxes[leg] = low, high
+    boxes = np.trunc(1e3 * boxes) / 1e3
+    return np.stack([np.minimum(boxes[:, 0], -PLANAR), np.maximum(boxes[:, 1], PLANAR)], axis=1)
+
+
+def _face_is_held(
+    model: WholeBodyModel, stance: Stance, sides: Array, end: int, axis: int
+) -> NDArray[np.bool_]:
+    """Whether the legs of each axle reach a face of their boxes; looks no further once none does."""
+    held = np.ones(len(FRONT), dtype=bool)
+    for other in FACE:
+        corner = np.insert(other, axis, 2.0 * end - 1.0)
+        offset = np.where(corner > 0.0, sides[:, 1], sides[:, 0]) * corner
+        offsets = np.repeat(offset, 2, axis=0)
+        offsets[:, 1] *= LEFT
+        errors = _reached(model, stance, offsets)[1]
+        held &= [bool(np.max(errors[list(legs)]) < REACHED) for legs in FRONT]
+        if not held.any():
+            break
+    return held
 
 
 def _moves_sideways(model: WholeBodyModel, stance: Stance) -> bool:
@@ -102,6 +176,8 @@ def steering_ranges(model: WholeBodyModel, stance: Stance, box: Array) -> list[t
 
     None for a leg that does not steer. Places that the leg does not reach do not count.
     """
+    if not any(chain.steering for chain in model.legs):
+        return [None] * len(LEG_NAMES)
     low, high = np.full(len(LEG_NAMES), -np.inf), np.full(len(LEG_NAMES), np.inf)
     side = np.linspace(-1.0, 1.0, STEERING_GRID)
     for x, y in product(side, side):
