@@ -144,11 +144,10 @@ def test_a_joint_may_have_the_name_of_a_link(roller: Path) -> None:
 
 
 XACRO = "http://www.ros.org/wiki/xacro"
-XACRO = "http://www.ros.org/wiki/xacro"
 JOINT = '<joint name="FL_kfe" type="revolute">'
 BAD = {
     "posture outside the limits": (".srdf", 'value="1.4"', 'value="3.0"', "FL_kfe: 3.0 must lie in"),
-    "xacro": (".urdf", '<link name="world"/>', f'<x:macro xmlns:x="{XACRO}"/>', "xacro roller.urdf >"),
+    "xacro": (".urdf", '<link name="world"/>', f'<x:macro xmlns:x="{XACRO}"/>', "a xacro file"),
     "MJCF": (".urdf", '<robot name="roller">', "<mujoco/><!--", "XML"),
     "wrong frame": (".yaml", "wheel: FL_wheel", "wheel: FL_weel", "valid: FL_wheel"),
     "wrong joint": (".yaml", "wheel_joint: FL_roll", "wheel_joint: FL_rol", "valid: FL_roll"),
