@@ -46,7 +46,7 @@ ODD = """<mujoco>
     </body>
   </body>
 </worldbody>
-<actuator><motor joint="b" gear="3" forcerange="-2 2"/></actuator>
+<actuator><motor joint="b" gear="3" ctrlrange="-2 1"/></actuator>
 </mujoco>"""
 
 WEDGE = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.2, 0.0], [0.0, 0.0, 0.4]])

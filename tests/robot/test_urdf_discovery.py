@@ -48,29 +48,37 @@ def test_what_is_taken_for_what(look: Lookalike, imported: ImportedRobot) -> Non
 
 
 def test_mass_and_places_by_pinocchio_alone(look: Lookalike, imported: ImportedRobot) -> None:
-    """Base, contact points and CoM of the stance, from the URDF as it was written."""
+    """Contact points and CoM of the stance, and how far the feet reach, from the URDF as it was written."""
     model = pin.buildModelFromXML(look.urdf(), pin.JointModelFreeFlyer())
     data = model.createData()
-    q = pin.neutral(model)
     ours = WholeBodyModel(imported.body)
     stance = nominal_stance(ours)
-    for name, angle in zip(ours.joint_names, stance.q[7:], strict=True):
-        joint = model.joints[model.getJointId(name)]
-        if joint.nq == 1:
-            q[joint.idx_q] = angle
-    pin.framesForwardKinematics(model, data, q)
-    com = pin.centerOfMass(model, data, q)
-    for (name, leg), (_, left), place in zip(
-        imported.body.leg_list(), SIDES.values(), imported.robot.stance, strict=True
-    ):
-        frame = data.oMf[model.getFrameId(leg.frame)]
-        tip = (
-            [0.0, 0.0, -0.3 * look.scale]
-            if look.foot == "point" and look.at_joint
-            else [0.0, left * look.offset, 0.0]
-        )
-        contact = frame.act(np.array(tip)) - [0.0, 0.0, look.radius]
-        assert contact - com == pytest.approx(place, abs=2e-5), name
+
+    def contacts(ours_q: np.ndarray) -> np.ndarray:
+        q = pin.neutral(model)
+        for name, angle in zip(ours.joint_names, ours_q[7:], strict=True):
+            joint = model.joints[model.getJointId(name)]
+            if joint.nq == 1:
+                assert model.lowerPositionLimit[joint.idx_q] <= angle <= model.upperPositionLimit[joint.idx_q]
+                q[joint.idx_q] = angle
+        pin.framesForwardKinematics(model, data, q)
+        pin.centerOfMass(model, data, q)
+        frames = [data.oMf[model.getFrameId(leg.frame)] for _, leg in imported.body.leg_list()]
+        shank = look.foot == "point" and look.at_joint
+        middles = [
+            frame.act(np.array([0.0, 0.0, -0.3 * look.scale] if shank else [0.0, left * look.offset, 0.0]))
+            for frame, (_, left) in zip(frames, SIDES.values(), strict=True)
+        ]
+        return np.array(middles) - [0.0, 0.0, look.radius]
+
+    places = contacts(stance.q)
+    assert places - data.com[0] == pytest.approx(imported.robot.stance, abs=2e-5)
+    wheels_stay_upright = look.foot == "point" or not look.hip_roll
+    for end in imported.robot.foot_boxes().swapaxes(0, 1):
+        offset = end * [1.0, 0.0, 1.0]  # without swinging the legs sideways, which tilts fixed wheels
+        targets = stance.state.p_foot + offset
+        q = reach(ours, stance.q, lambda _, targets=targets: targets)[0].q
+        assert contacts(q) - places == pytest.approx(offset, abs=1e-4 if wheels_stay_upright else 1e-3)
 
 
 def test_the_posture_stands_bent_below_the_hips(look: Lookalike, imported: ImportedRobot) -> None:

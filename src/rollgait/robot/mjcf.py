@@ -182,12 +182,20 @@ class _Conversion:
         m = self.model
         if m.jnt_actfrclimited[joint]:
             return float(np.abs(m.jnt_actfrcrange[joint]).max())
-        own = [
-            float(np.abs(m.actuator_forcerange[a]).max() * abs(m.actuator_gear[a, 0]))
-            for a in range(m.nu)
-            if m.actuator_trnid[a, 0] == joint and m.actuator_forcelimited[a]
-        ]
-        return max(own, default=0.0)
+        motors = [a for a in range(m.nu) if m.actuator_trntype[a] == 0 and m.actuator_trnid[a, 0] == joint]
+        return max((self._strength(a) for a in motors), default=0.0)
+
+    def _strength(self, motor: int) -> float:
+        """Largest force or torque of a motor; 0 if there is no limit or its control is no force."""
+        m = self.model
+        gear = abs(float(m.actuator_gear[motor, 0]))
+        if m.actuator_forcelimited[motor]:
+            return gear * float(np.abs(m.actuator_forcerange[motor]).max())
+        is_force = m.actuator_gaintype[motor] == 0 and m.actuator_biastype[motor] == 0
+        if is_force and m.actuator_ctrllimited[motor]:
+            gain = abs(float(m.actuator_gainprm[motor, 0]))
+            return gear * gain * float(np.abs(m.actuator_ctrlrange[motor]).max())
+        return 0.0
 
     def _connect(self, name: str, kind: str, above: str, link: str, frame: Pose) -> ET.Element:
         element = ET.SubElement(self.root, "joint", name=name, type=kind)
