@@ -13,6 +13,7 @@ import rollgait as rg
 from rollgait.config import load_yaml
 from rollgait.errors import InputError
 from rollgait.robot.urdf import ImportedRobot
+from rollgait.robot.urdf_hip_legs import hip_legs
 from rollgait.robot.urdf_model import WholeBodyModel
 from rollgait.robot.urdf_stance import nominal_stance, reach
 from rollgait.robot.whole_body import DATA_PREFIX, load_whole_body
@@ -126,6 +127,29 @@ def test_what_is_written_is_read_again(look: Lookalike, imported: ImportedRobot,
     assert scenario.body.mass == pytest.approx(look.mass, rel=1e-4)
     assert (scenario.gait.kind == "drive") == (not look.hip_roll)
     assert load_yaml(files.first)["goal"]["x"] > 0.1 * look.scale
+
+
+def test_hips_and_knees_in_closed_form(look: Lookalike, imported: ImportedRobot) -> None:
+    """Angles are those of inverse kinematics, and out of reach is what that does not reach."""
+    model = WholeBodyModel(imported.body)
+    stance, rng = nominal_stance(model), np.random.default_rng(0)
+    legs = hip_legs(model, stance)
+    assert (legs is None) == (look.foot == "steerable")
+    if legs is None:
+        return
+    reached = np.zeros(2, dtype=int)
+    for _ in range(8):
+        offset = rng.uniform(-0.4, 0.4, (4, 3)) * [1.0, look.hip_roll, 1.0] * imported.robot.height
+        places = stance.state.p_foot + offset
+        state, errors = reach(model, stance.q, lambda _, places=places: places)
+        for leg, chain, place, error in zip(legs, model.legs, places, errors, strict=True):
+            angles = leg.joint_angles(place[None])[0]
+            reached[int(leg.reaches(place[None])[0])] += 1
+            if leg.reaches(place[None])[0] and error < 1e-6:
+                assert angles == pytest.approx(state.q[np.array(chain.joints) + 1], abs=1e-6)
+            if error < 1e-6:
+                assert leg.reaches(place[None])[0]
+    assert reached.min() > 3
 
 
 def test_a_leg_that_swings_one_way_only_has_a_long_box(tmp_path: Path) -> None:

@@ -109,7 +109,7 @@ def import_robot(
     limbs = [find_limb(model, stance, i, body.planner) for i in range(len(LEG_NAMES))]
     legs = {name: _leg(model, stance, i, ranges[i], limbs[i].limb, body) for i, name in enumerate(LEG_NAMES)}
     if box is not None and body.planner.box is None:
-        boxes = foot_boxes(model, stance, box)
+        boxes = foot_boxes(model, stance)
         for i, leg in enumerate(legs.values()):
             if leg["foot"] != "steerable":  # its steering range must hold all over its box
                 leg["box"] = [[float(low), float(high)] for low, high in boxes[i].T]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.robot.robot import LEG_NAMES, Limb
+from rollgait.robot.urdf_hip_legs import STRAIGHT, hip_legs
 from rollgait.robot.urdf_model import BASE_V, BodyState, WholeBodyModel
 from rollgait.robot.urdf_stance import FRONT, LEFT, Stance, reach
 from rollgait.robot.whole_body import Choices
@@ -43,8 +44,8 @@ BOX_TRIES: Final = 30
 SIDES_LARGEST: Final = np.array([0.6, 0.3, 0.4])
 """Longest sides of a leg's own box from the nominal place, as shares of the stance's height."""
 
-FIRST_SHARE: Final = 0.5
-"""How long its sides are at first, as a share of the box that all feet reach."""
+LIFTED_FIRST: Final = 0.06
+"""How high a foot shall get before its box grows to the other sides, as a share of the stance's height."""
 
 SIDE_STEPS: Final = 12
 """Steps in which they grow: 4 cm of CENTAURO's."""
@@ -64,8 +65,42 @@ STEERING_GRID: Final = 9
 RESERVE_FOLDED, RESERVE_STRETCHED = 0.08, 0.14
 """Shares of a leg's length kept free: the base moves about the CoM while the legs step."""
 
-STRAIGHT: Final = 1e-3
-"""Sine of the angle by which axes may differ and still count as parallel or vertical."""
+
+class Workspace:
+    """Whether feet reach places about a stance: in closed form where legs are hips and knees, else by IK."""
+
+    def __init__(self, model: WholeBodyModel, stance: Stance) -> None:
+        self._model = model
+        self._stance = stance
+        self._legs = hip_legs(model, stance)
+        own = [list(chain.joints) for chain in model.legs]
+        sideways = [np.abs(stance.state.J_foot[i][1, joints]).max() for i, joints in enumerate(own)]
+        self.is_sideways = bool(min(sideways) > STRAIGHT)
+        """Whether every leg has a joint that moves its foot sideways."""
+        self.height = float(-stance.feet[:, 2].mean())
+        """Of the CoM above the ground, m."""
+
+    def holds(self, offsets: Array, *, together: bool = False) -> NDArray[np.bool_]:
+        """Whether each foot gets to all places that are so far from its nominal one, (4,).
+
+        Args:
+            offsets: of the places, (n, 4, 3), m.
+            together: whether it matters only if all feet do: then it looks no further once one does not.
+        """
+        held = np.ones(len(LEG_NAMES), dtype=bool)
+        if self._legs is not None:
+            places = self._stance.state.p_foot + offsets
+            return np.array([leg.reaches(places[:, i]).all() for i, leg in enumerate(self._legs)])
+        for offset in offsets:
+            held &= _reached(self._model, self._stance, offset)[1] < REACHED
+            if not (held.all() if together else held.any()):
+                break
+        return held
+
+    def holds_box(self, half: Array) -> bool:
+        """Whether all feet reach all of a box of these half-sizes, (3,), m."""
+        offsets = np.repeat((CORNERS * half)[:, None], len(LEG_NAMES), axis=1)
+        return bool(self.holds(offsets, together=True).all())
 
 
 def reachable_box(model: WholeBodyModel, stance: Stance) -> Array | None:
@@ -74,46 +109,44 @@ def reachable_box(model: WholeBodyModel, stance: Stance) -> Array | None:
     Begins with the largest one of the usual proportions and lengthens one side after the other, as what stops
     one direction need not stop the others. None if not even the smallest is reachable.
     """
-    sideways = _moves_sideways(model, stance)
+    space = Workspace(model, stance)
+    sideways, height = space.is_sideways, space.height
     shape = BOX_SHAPE if sideways else BOX_SHAPE * [1.0, 0.0, 1.0]
-    height = float(-stance.feet[:, 2].mean())
     first, largest = BOX_FIRST * height, BOX_LARGEST * height
     step = min(max(BOX_STEP, first / BOX_TRIES), first)
     for half in np.arange(np.floor(first / step), 0.0, -1.0) * step:
         size = half * shape
-        if _is_reached(model, stance, size):
+        if space.holds_box(size):
             break
     else:
         least = np.full(3, PLANAR)  # feet that stand at the end of their reach on one side
-        return least if _is_reached(model, stance, least * (shape > 0.0)) else None
+        return least if space.holds_box(least * (shape > 0.0)) else None
     for axis in GROWING if sideways else GROWING[:2]:
         while size[axis] + step <= largest[axis]:
             longer = size.copy()
             longer[axis] += step
-            if not _is_reached(model, stance, longer):
+            if not space.holds_box(longer):
                 break
             size = longer
     return np.asarray(np.maximum(np.round(size, 3), PLANAR))
 
 
-def foot_boxes(model: WholeBodyModel, stance: Stance, half: Array) -> Array:
+def foot_boxes(model: WholeBodyModel, stance: Stance) -> Array:
     """A box of its own for each foot, (4, 2, 3), m: smallest and largest offset from the nominal place.
 
-    Begins with the box that all have and lets each side grow as long as the legs of an axle reach the face
-    that it moves: what stops a foot behind need not stop it ahead. Left and right mirror each other.
-
-    Args:
-        model: the whole body.
-        stance: the nominal stance.
-        half: half-sizes that all feet reach, (3,), m.
+    Lifts the foot and then lets each side grow as long as the legs of an axle reach the face that it moves:
+    what stops a foot behind need not stop it ahead. Left and right mirror each other.
     """
-    height = float(-stance.feet[:, 2].mean())
-    largest = np.maximum(SIDES_LARGEST * height, half)
-    step = SIDES_LARGEST * height / SIDE_STEPS
-    axes = (0, 1, 2) if _moves_sideways(model, stance) else (0, 2)
-    first = np.zeros(3)
-    first[list(axes)] = FIRST_SHARE * half[list(axes)]
-    sides = np.tile(first, (len(FRONT), 2, 1))  # of each axle: behind, inside, below; ahead, outside, above
+    space = Workspace(model, stance)
+    largest = SIDES_LARGEST * space.height
+    step = SIDES_LARGEST * space.height / SIDE_STEPS
+    axes = (0, 1, 2) if space.is_sideways else (0, 2)
+    sides = np.zeros((len(FRONT), 2, 3))  # of each axle: behind, inside, below; ahead, outside, above
+    for lift in np.linspace(0.0, LIFTED_FIRST * space.height, SIDE_STEPS):
+        higher = sides.copy()
+        higher[:, 1, 2] = lift
+        held = _face_is_held(space, higher, 1, 2)
+        sides[held] = higher[held]
     steps = np.zeros_like(sides)
     steps[..., list(axes)] = step[list(axes)]
     while steps.any():
@@ -121,7 +154,7 @@ def foot_boxes(model: WholeBodyModel, stance: Stance, half: Array) -> Array:
             longer = sides.copy()
             longer[:, end, axis] += steps[:, end, axis]
             growing = steps[:, end, axis] > 0.0
-            held = _face_is_held(model, stance, longer, end, axis) if growing.any() else growing
+            held = _face_is_held(space, longer, end, axis) if growing.any() else growing
             grown = growing & held & (longer[:, end, axis] <= largest[axis])
             sides[grown] = longer[grown]
             steps[growing & ~grown, end, axis] /= 2.0
@@ -137,32 +170,14 @@ def foot_boxes(model: WholeBodyModel, stance: Stance, half: Array) -> Array:
     return np.stack([np.minimum(boxes[:, 0], -PLANAR), np.maximum(boxes[:, 1], PLANAR)], axis=1)
 
 
-def _face_is_held(
-    model: WholeBodyModel, stance: Stance, sides: Array, end: int, axis: int
-) -> NDArray[np.bool_]:
-    """Whether the legs of each axle reach a face of their boxes; looks no further once none does."""
-    held = np.ones(len(FRONT), dtype=bool)
-    for other in FACE:
-        corner = np.insert(other, axis, 2.0 * end - 1.0)
-        offset = np.where(corner > 0.0, sides[:, 1], sides[:, 0]) * corner
-        offsets = np.repeat(offset, 2, axis=0)
-        offsets[:, 1] *= LEFT
-        errors = _reached(model, stance, offsets)[1]
-        held &= [bool(np.max(errors[list(legs)]) < REACHED) for legs in FRONT]
-        if not held.any():
-            break
-    return held
-
-
-def _moves_sideways(model: WholeBodyModel, stance: Stance) -> bool:
-    """Whether every leg has a joint that moves its foot sideways."""
-    own = [list(chain.joints) for chain in model.legs]
-    sideways = [np.abs(stance.state.J_foot[i][1, joints]).max() for i, joints in enumerate(own)]
-    return bool(min(sideways) > STRAIGHT)
-
-
-def _is_reached(model: WholeBodyModel, stance: Stance, size: Array) -> bool:
-    return all(np.max(_reached(model, stance, corner * size)[1]) < REACHED for corner in CORNERS)
+def _face_is_held(space: Workspace, sides: Array, end: int, axis: int) -> NDArray[np.bool_]:
+    """Whether the legs of each axle reach a face of their boxes."""
+    corners = np.insert(FACE, axis, 2.0 * end - 1.0, axis=1)
+    offsets = np.where(corners[:, None] > 0.0, sides[:, 1], sides[:, 0]) * corners[:, None]
+    offsets = np.repeat(offsets, len(LEG_NAMES) // len(FRONT), axis=1)
+    offsets[..., 1] *= LEFT
+    held = space.holds(offsets)
+    return np.array([held[list(legs)].all() for legs in FRONT])
 
 
 def _reached(model: WholeBodyModel, stance: Stance, offset: Array) -> tuple[BodyState, Array]:
