@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import rollgait as rg
-from tests.library import FLAT
+from tests.library import FLAT, OTHER_ROBOTS
 
 pytestmark = pytest.mark.slow
 
@@ -19,6 +19,14 @@ NOT_PROMISED_BY_THE_PAPER = {"goal_distance", "goal_yaw", "end_rate", "end_level
 def test_motion(name: str, profile: str) -> None:
     # once for all three, as it takes its time
     plan = rg.plan(name, profile=profile, transcription="collocation", solver="ipopt")
+    is_certified(plan)
+    is_at_the_goal(plan)
+    is_at_rest(plan)
+
+
+@pytest.mark.parametrize("name", OTHER_ROBOTS)
+def test_motion_of_another_robot(name: str) -> None:
+    plan = rg.plan(name)
     is_certified(plan)
     is_at_the_goal(plan)
     is_at_rest(plan)

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 pytest.importorskip("pinocchio", reason="needs the extra whole-body")
@@ -24,12 +25,36 @@ def bare(name: str) -> str:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["fixed-planar", "point-small"])
+@pytest.mark.parametrize("name", LOOKALIKES)
 def test_two_commands(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Imported; then certified, tracked within its limits, and on its feet in MuJoCo."""
     assert run(["robot", "import", bare(name)]) == 0
-    assert f"next:    rollgait run {name}-first.yaml" in capsys.readouterr().out
-    assert run(["run", f"{name}-first.yaml"]) == 0
-    assert rg.Plan.load(f"{name}-first-run/plan.npz").certificate().passed
+    command = f"rollgait run {name}-first.yaml"
+    assert f"next:    {command}" in capsys.readouterr().out
+    assert run(command.split()[1:]) == 0
+    plan = rg.Plan.load(f"{name}-first-run/plan.npz")
+    assert plan.certificate().passed
+    assert plan.scenario.goal.x >= 0.15 * np.ptp(plan.robot.stance[:, 0])
+
+
+@pytest.mark.slow
+def test_a_robot_of_which_there_are_no_meshes_is_filmed() -> None:
+    name = "point-small"
+    assert run(["robot", "import", bare(name)]) == 0
+    assert run(["plan", f"{name}-first.yaml", "--out", "plan.npz"]) == 0
+    assert run(["track", "plan.npz", "--out", "joints.npz"]) == 0
+    for file in ("plan.npz", "joints.npz"):
+        assert run(["record", file, "--out", f"{file}.gif"]) == 0
+        assert Path(f"{file}.gif").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_the_controller_leads_a_small_robot() -> None:
+    """4.5 kg: forces that press a foot of a large robot would lift it."""
+    name = "point-small"
+    assert run(["robot", "import", bare(name)]) == 0
+    command = ["mpc", f"{name}-robot.yaml", "--command", "forward=0.05", "--duration", "3"]
+    assert run([*command, "--set", "deadline=10"]) == 0
 
 
 def test_corrected_legs_are_read(capsys: pytest.CaptureFixture[str]) -> None:

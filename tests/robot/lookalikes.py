@@ -26,7 +26,9 @@ class Lookalike:
         meshes: visuals are meshes of which there are no files.
         foreign: joints and links have names that say nothing.
         knee_limited: the knees bend one way only.
+        hip_pitch: limits of the hips' pitch joints, rad.
         arm: an arm of three joints on the back.
+        drives_known: whether the joints have limits of speed and torque.
     """
 
     name: str
@@ -37,7 +39,9 @@ class Lookalike:
     meshes: bool = False
     foreign: bool = False
     knee_limited: bool = False
+    hip_pitch: tuple[float, float] = (-2.2, 2.2)
     arm: bool = False
+    drives_known: bool = True
 
     @property
     def radius(self) -> float:
@@ -92,7 +96,7 @@ class Lookalike:
             above, place = link["hip"], (0.0, 0.1 * left * s, 0.0)
         else:
             place = (place[0], 0.22 * left * s, 0.0)
-        parts.append(self._joint(f"{prefix}_j2", above, link["thigh"], place, "0 1 0", (-2.2, 2.2)))
+        parts.append(self._joint(f"{prefix}_j2", above, link["thigh"], place, "0 1 0", self.hip_pitch))
         parts.append(self._link(link["thigh"], 2.0, (0.05, 0.05, 0.3), down=0.15))
         knee = (-2.6, -0.3) if self.knee_limited else (-2.6, 2.6)
         down = (0.0, 0.0, -0.3 * s)
@@ -175,13 +179,13 @@ class Lookalike:
     ) -> str:
         """A turning joint; one without limits turns all around."""
         kind = "continuous" if limits is None else "revolute"
-        effort = 80.0 * self.scale**4
+        effort, speed = (80.0 * self.scale**4, 20.0) if self.drives_known else (0.0, 0.0)
         ends = "" if limits is None else f'lower="{limits[0]}" upper="{limits[1]}" '
         where = " ".join(f"{value:.9g}" for value in place)
         return (
             f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
             f'<origin xyz="{where}"/><axis xyz="{axis}"/>'
-            f'<limit {ends}effort="{effort:.4g}" velocity="20"/></joint>'
+            f'<limit {ends}effort="{effort:.4g}" velocity="{speed:g}"/></joint>'
         )
 
 
@@ -192,9 +196,10 @@ LOOKALIKES = {
         Lookalike("fixed-at-joint", "fixed", at_joint=True, scale=0.7, knee_limited=True),
         Lookalike("fixed-foreign", "fixed", foreign=True, meshes=True, arm=True),
         Lookalike("fixed-planar", "fixed", hip_roll=False),
+        Lookalike("fixed-one-way", "fixed", hip_pitch=(-2.2, 0.8), knee_limited=True),
         Lookalike("steerable-plain", "steerable"),
         Lookalike("steerable-at-joint", "steerable", at_joint=True, scale=1.3, foreign=True),
-        Lookalike("point-small", "point", scale=0.5, meshes=True),
+        Lookalike("point-small", "point", scale=0.5, meshes=True, drives_known=False),
         Lookalike("point-at-joint", "point", at_joint=True, foreign=True, knee_limited=True, arm=True),
     )
 }

@@ -13,6 +13,7 @@ import rollgait as rg
 from rollgait.config import load_yaml
 from rollgait.errors import InputError
 from rollgait.robot.urdf import ImportedRobot
+from rollgait.robot.urdf_hip_legs import hip_legs
 from rollgait.robot.urdf_model import WholeBodyModel
 from rollgait.robot.urdf_stance import nominal_stance, reach
 from rollgait.robot.whole_body import DATA_PREFIX, load_whole_body
@@ -48,29 +49,37 @@ def test_what_is_taken_for_what(look: Lookalike, imported: ImportedRobot) -> Non
 
 
 def test_mass_and_places_by_pinocchio_alone(look: Lookalike, imported: ImportedRobot) -> None:
-    """Base, contact points and CoM of the stance, from the URDF as it was written."""
+    """Contact points and CoM of the stance, and how far the feet reach, from the URDF as it was written."""
     model = pin.buildModelFromXML(look.urdf(), pin.JointModelFreeFlyer())
     data = model.createData()
-    q = pin.neutral(model)
     ours = WholeBodyModel(imported.body)
     stance = nominal_stance(ours)
-    for name, angle in zip(ours.joint_names, stance.q[7:], strict=True):
-        joint = model.joints[model.getJointId(name)]
-        if joint.nq == 1:
-            q[joint.idx_q] = angle
-    pin.framesForwardKinematics(model, data, q)
-    com = pin.centerOfMass(model, data, q)
-    for (name, leg), (_, left), place in zip(
-        imported.body.leg_list(), SIDES.values(), imported.robot.stance, strict=True
-    ):
-        frame = data.oMf[model.getFrameId(leg.frame)]
-        tip = (
-            [0.0, 0.0, -0.3 * look.scale]
-            if look.foot == "point" and look.at_joint
-            else [0.0, left * look.offset, 0.0]
-        )
-        contact = frame.act(np.array(tip)) - [0.0, 0.0, look.radius]
-        assert contact - com == pytest.approx(place, abs=2e-5), name
+
+    def contacts(ours_q: np.ndarray) -> np.ndarray:
+        q = pin.neutral(model)
+        for name, angle in zip(ours.joint_names, ours_q[7:], strict=True):
+            joint = model.joints[model.getJointId(name)]
+            if joint.nq == 1:
+                assert model.lowerPositionLimit[joint.idx_q] <= angle <= model.upperPositionLimit[joint.idx_q]
+                q[joint.idx_q] = angle
+        pin.framesForwardKinematics(model, data, q)
+        pin.centerOfMass(model, data, q)
+        frames = [data.oMf[model.getFrameId(leg.frame)] for _, leg in imported.body.leg_list()]
+        shank = look.foot == "point" and look.at_joint
+        middles = [
+            frame.act(np.array([0.0, 0.0, -0.3 * look.scale] if shank else [0.0, left * look.offset, 0.0]))
+            for frame, (_, left) in zip(frames, SIDES.values(), strict=True)
+        ]
+        return np.array(middles) - [0.0, 0.0, look.radius]
+
+    places = contacts(stance.q)
+    assert places - data.com[0] == pytest.approx(imported.robot.stance, abs=2e-5)
+    wheels_stay_upright = look.foot == "point" or not look.hip_roll
+    for end in imported.robot.foot_boxes().swapaxes(0, 1):
+        offset = end * [1.0, 0.0, 1.0]  # without swinging the legs sideways, which tilts fixed wheels
+        targets = stance.state.p_foot + offset
+        q = reach(ours, stance.q, lambda _, targets=targets: targets)[0].q
+        assert contacts(q) - places == pytest.approx(offset, abs=1e-4 if wheels_stay_upright else 1e-3)
 
 
 def test_the_posture_stands_bent_below_the_hips(look: Lookalike, imported: ImportedRobot) -> None:
@@ -91,8 +100,21 @@ def test_the_box_is_reached_and_no_less(look: Lookalike, imported: ImportedRobot
     for _ in range(10):
         places = stance.state.p_foot + rng.uniform(-1, 1, (4, 3)) * box
         assert np.max(reach(model, stance.q, lambda _, places=places: places)[1]) < 1e-6
-    assert box[0] > 0.1 * imported.robot.height
-    assert box[2] > 0.05 * imported.robot.height
+    low, high = imported.robot.foot_boxes().swapaxes(0, 1)
+    assert ((high - low)[:, 0] > 0.2 * imported.robot.height).all()
+    assert ((high - low)[:, 2] > 0.1 * imported.robot.height).all()
+
+
+def test_each_leg_reaches_all_of_its_own_box(look: Lookalike, imported: ImportedRobot) -> None:
+    model = WholeBodyModel(imported.body)
+    stance, rng = nominal_stance(model), np.random.default_rng(0)
+    low, high = imported.robot.foot_boxes().swapaxes(0, 1)
+    assert (imported.robot.legs.FL.box is None) == (look.foot == "steerable")
+    assert low[::2] == pytest.approx(np.stack([low[1::2, 0], -high[1::2, 1], low[1::2, 2]], axis=1))
+    for _ in range(10):
+        offset = rng.uniform(low, high) * [1.0, look.hip_roll, 1.0]
+        places = stance.state.p_foot + offset
+        assert np.max(reach(model, stance.q, lambda _, places=places: places)[1]) < 1e-6
 
 
 def test_what_is_written_is_read_again(look: Lookalike, imported: ImportedRobot, tmp_path: Path) -> None:
@@ -105,6 +127,40 @@ def test_what_is_written_is_read_again(look: Lookalike, imported: ImportedRobot,
     assert scenario.body.mass == pytest.approx(look.mass, rel=1e-4)
     assert (scenario.gait.kind == "drive") == (not look.hip_roll)
     assert load_yaml(files.first)["goal"]["x"] > 0.1 * look.scale
+
+
+def test_hips_and_knees_in_closed_form(look: Lookalike, imported: ImportedRobot) -> None:
+    """Angles are those of inverse kinematics, and out of reach is what that does not reach."""
+    model = WholeBodyModel(imported.body)
+    stance, rng = nominal_stance(model), np.random.default_rng(0)
+    legs = hip_legs(model, stance)
+    assert (legs is None) == (look.foot == "steerable")
+    if legs is None:
+        return
+    reached = np.zeros(2, dtype=int)
+    for _ in range(8):
+        offset = rng.uniform(-0.4, 0.4, (4, 3)) * [1.0, look.hip_roll, 1.0] * imported.robot.height
+        places = stance.state.p_foot + offset
+        state, errors = reach(model, stance.q, lambda _, places=places: places)
+        for leg, chain, place, error in zip(legs, model.legs, places, errors, strict=True):
+            angles = leg.joint_angles(place[None])[0]
+            reached[int(leg.reaches(place[None])[0])] += 1
+            if leg.reaches(place[None])[0] and error < 1e-6:
+                assert angles == pytest.approx(state.q[np.array(chain.joints) + 1], abs=1e-6)
+            if error < 1e-6:
+                assert leg.reaches(place[None])[0]
+    assert reached.min() > 3
+
+
+def test_a_leg_that_swings_one_way_only_has_a_long_box(tmp_path: Path) -> None:
+    """What stops the foot behind its place does not stop it ahead, nor the planner from using it."""
+    look = LOOKALIKES["fixed-one-way"]
+    urdf = tmp_path / "robot.urdf"
+    urdf.write_text(look.urdf())
+    robot = rg.import_robot(urdf).robot
+    for low, high in robot.foot_boxes():
+        assert high[0] > 2.0 * robot.box[0]
+        assert high[0] > 2.0 * -low[0]
 
 
 def test_a_robot_without_four_legs_is_one_sentence(tmp_path: Path) -> None:

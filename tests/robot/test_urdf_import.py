@@ -14,7 +14,7 @@ from rollgait.robot.urdf import import_robot
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.robot.urdf_model import WholeBodyModel
 from rollgait.robot.urdf_stance import nominal_stance, reach
-from rollgait.robot.whole_body import library_whole_body, load_whole_body
+from rollgait.robot.whole_body import library_whole_body, load_whole_body, whole_body_names
 
 FIXTURES = Path(__file__).parent.parent / "fixtures"
 
@@ -42,9 +42,10 @@ def numbers(data) -> list[float]:
     return [float(data)] if isinstance(data, int | float) else []
 
 
-def test_centauro_of_the_library_equals_the_import() -> None:
-    found = import_robot(library_whole_body("centauro")).robot
-    known = find_robot("centauro")
+@pytest.mark.parametrize("name", whole_body_names())
+def test_robots_of_the_library_equal_the_import(name: str) -> None:
+    found = import_robot(library_whole_body(name)).robot
+    known = find_robot(name)
     assert found.model_dump(exclude={"inertia", "legs"}) == known.model_dump(exclude={"inertia", "legs"})
     assert numbers(found.model_dump()) == pytest.approx(numbers(known.model_dump()), abs=2e-4)
     assert [leg.foot for leg in found.leg_list] == [leg.foot for leg in known.leg_list]
@@ -143,11 +144,10 @@ def test_a_joint_may_have_the_name_of_a_link(roller: Path) -> None:
 
 
 XACRO = "http://www.ros.org/wiki/xacro"
-XACRO = "http://www.ros.org/wiki/xacro"
 JOINT = '<joint name="FL_kfe" type="revolute">'
 BAD = {
     "posture outside the limits": (".srdf", 'value="1.4"', 'value="3.0"', "FL_kfe: 3.0 must lie in"),
-    "xacro": (".urdf", '<link name="world"/>', f'<x:macro xmlns:x="{XACRO}"/>', "xacro roller.urdf >"),
+    "xacro": (".urdf", '<link name="world"/>', f'<x:macro xmlns:x="{XACRO}"/>', "a xacro file"),
     "MJCF": (".urdf", '<robot name="roller">', "<mujoco/><!--", "XML"),
     "wrong frame": (".yaml", "wheel: FL_wheel", "wheel: FL_weel", "valid: FL_wheel"),
     "wrong joint": (".yaml", "wheel_joint: FL_roll", "wheel_joint: FL_rol", "valid: FL_roll"),

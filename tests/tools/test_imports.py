@@ -90,7 +90,7 @@ def test_no_circle_even_of_types() -> None:
 
 ROOMS = {
     "casadi": {"dynamics", "ocp", "transcription", "solvers"},
-    "mujoco": {"simulation"},
+    "mujoco": {"simulation", "robot.mjcf"},
     "pinocchio": {"tracking", "robot"},
     "viser": {"view"},
 }

@@ -26,7 +26,8 @@ def import_(
         str,
         typer.Argument(
             metavar="MODEL",
-            help="A .urdf, the .yaml that describes one, or the name of a robot in the library.",
+            help="A .urdf, MJCF or xacro file, the .yaml that describes one, or the name of a robot: in the "
+            "library, or in the package robot_descriptions if it is installed.",
         ),
     ],
     legs: Annotated[
@@ -53,18 +54,21 @@ def import_(
     axes where no file names them.
     """
     from rollgait.robot.importing import import_robot
+    from rollgait.robot.model_files import model_file
     from rollgait.robot.robot_files import ROBOT, robot_files
+    from rollgait.robot.whole_body import whole_body_names
 
     earlier = None
-    if legs is None and _is_bare(Path(model)):
+    place = Path(model) if model in whole_body_names() else model_file(model)
+    if legs is None and _is_bare(place):
         from rollgait.robot.urdf_discovery import robot_name
 
-        out = out or Path(f"{robot_name(Path(model))}{ROBOT}.yaml")
+        out = out or Path(f"{robot_name(place)}{ROBOT}.yaml")
         earlier = robot_files(out).legs  # perhaps corrected since
         legs = earlier if earlier.is_file() else None
     if out is not None:
         check_writable(out)
-    found = import_robot(model, legs=legs, srdf=srdf, posture=posture)
+    found = import_robot(place, legs=legs, srdf=srdf, posture=posture)
     written = None if out is None else found.save(out)
     if as_json:
         data = found.robot.model_dump(mode="json", exclude_none=True)

@@ -234,7 +234,7 @@ def _force(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]
 
 
 def _box(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]:
-    box = np.array(scenario.bounds.box or scenario.body.box)
+    box = np.abs(scenario.body.foot_boxes(scenario.bounds.box)).max(axis=(0, 1))
     wider = np.zeros(3)
     for item in finding.missed:
         component = item.origin.label.component

@@ -21,7 +21,7 @@ CENTAURO's 0.18 m; its hip pitch meets its limit at 0.19 m."""
 
 
 class Box(FootConstraint):
-    """|Rzᵀ (p_i − r) − p̄_i| ≤ b, componentwise; `full_rotation` uses R(θ) in place of Rz.
+    """−b_i ≤ Rzᵀ (p_i − r) − p̄_i ≤ b_i′, componentwise; `full_rotation` uses R(θ) in place of Rz.
 
     On ground that is not flat the frame is tilted as the ground asks for (`Body.R_world_feet`), and how low a
     foot may be says the reach of its leg where that is known, how high the hip: a box would forbid a step.
@@ -41,11 +41,9 @@ class Box(FootConstraint):
         return (cls(scenario.bounds.full_rotation),)
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
-        b = half_sizes(problem)
-        if problem.footing.is_flat or not (Reach().applies(problem, leg) and problem.bound(Reach.name)):
-            return -b, b
-        low, high = -b, b.copy()
-        low[2], high[2] = -np.inf, max(b[2, 0], LIFT_OF_HEIGHT * problem.robot.height)
+        low, high = sides(problem, leg)
+        if not problem.footing.is_flat and Reach().applies(problem, leg) and problem.bound(Reach.name):
+            low[2], high[2] = -np.inf, max(high[2, 0], LIFT_OF_HEIGHT * problem.robot.height)
         return low, high
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
@@ -53,9 +51,10 @@ class Box(FootConstraint):
         return p_body - x.body.stance[:, foot.index]
 
 
-def half_sizes(context: Context) -> NDArray[np.float64]:
-    """b, half the sizes of the box, (3, 1), m."""
-    return np.array(context.bound("box") or context.robot.box)[:, None]
+def sides(context: Context, leg: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Smallest and largest offset of a foot from its nominal place, two arrays (3, 1), m."""
+    low, high = context.robot.foot_boxes(context.bound("box"))[leg][..., None]
+    return low, high
 
 
 class Steering(FootConstraint):

@@ -20,7 +20,7 @@ from rollgait.ocp.context import PlanContext
 from rollgait.ocp.costs import Acceleration, Tilt
 from rollgait.ocp.instant import Instant
 from rollgait.ocp.limb import JointSteering, Reach
-from rollgait.ocp.limits import Box, half_sizes
+from rollgait.ocp.limits import Box, sides
 from rollgait.ocp.term import Constraint, Cost, Data, FootConstraint, Limits, Place, Term
 from rollgait.robot.robot import LEG_NAMES
 
@@ -187,8 +187,8 @@ class BoxInPlane(Box):
     """The box in the ground plane: heights are known."""
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
-        b = half_sizes(problem)[:2]
-        return -b, b
+        low, high = sides(problem, leg)
+        return low[:2], high[:2]
 
     def expression(self, x: Instant, foot: Any, d: Data) -> ca.SX:
         return ca.SX(super().expression(x, foot, d)[:2])

@@ -53,24 +53,26 @@ def first_scenario(robot: Robot, file: str) -> dict[str, Any]:
         file: where it is written.
     """
     stance = robot.stance
+    low, high = robot.foot_boxes().swapaxes(0, 1)
+    half = (0.5 * (high - low)).min(axis=0)
     length = float(np.mean(stance[:2, 0]) - np.mean(stance[2:, 0]))
     interval = round(INTERVAL * float(np.sqrt(robot.height / GRAVITY)), 3)
     distance = DISTANCE * length
     crawl = {
         "kind": "crawl",
         "steps": STEPS,
-        "clearance": round(min(CLEARANCE * robot.height, LIFT * robot.box[2]), 3),
+        "clearance": round(float(min(CLEARANCE * robot.height, LIFT * high[:, 2].min())), 3),
         "pause_start": round(PAUSE * interval, 6),
         "pause_end": round(PAUSE * interval, 6),
     }
-    stays = robot.box[1] < SIDEWAYS * robot.box[0]
+    stays = half[1] < SIDEWAYS * half[0]
     if any(leg.foot == "point" for leg in robot.leg_list):
-        stride = STRIDE * robot.box[0]
-        distance = min(distance, LEAN * robot.box[0] if stays else stride * STEPS / len(stance))
+        stride = STRIDE * half[0]
+        distance = min(distance, LEAN * half[0] if stays else stride * STEPS / len(stance))
     return {
         "description": f"the first steps of {robot.name}",
         "robot": file,
-        "goal": {"x": round(distance, 3)},
+        "goal": {"x": round(float(distance), 3)},
         "horizon": round(INTERVALS * interval, 6),
         "interval": interval,
         "gait": {"kind": "drive"} if stays else crawl,

@@ -6,7 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rollgait.errors import FileError, MissingExtraError
-from rollgait.robot.whole_body import EXTRA, WholeBody, library_whole_body, load_whole_body
+from rollgait.robot.model_files import model_file
+from rollgait.robot.whole_body import (
+    EXTRA,
+    WholeBody,
+    library_whole_body,
+    load_whole_body,
+    whole_body_names,
+)
 
 if TYPE_CHECKING:
     from rollgait.robot.urdf import ImportedRobot
@@ -22,7 +29,8 @@ def import_robot(
     """The planner's robot of a URDF, and what it is made of; `save` writes it.
 
     Args:
-        model: a .urdf, the .yaml that describes one, or the name of a robot in the library.
+        model: a .urdf, MJCF or xacro file, the .yaml that describes one, or the name of a robot: in the
+            library, or in the package `robot_descriptions` where that is installed.
         legs: file that names the legs' frames and joints; if not given the .yaml beside the URDF; if there is
             none, they are found by chains, symmetry and axes.
         srdf: SRDF with the posture.
@@ -38,12 +46,13 @@ def import_robot(
         raise MissingExtraError("importing a URDF", EXTRA) from None
     from rollgait.robot.urdf import import_robot as import_body
 
-    file, body = _described(Path(model), None if legs is None else Path(legs))
+    place = model if str(model) in whole_body_names() else model_file(model)
+    file, body = _described(Path(place), None if legs is None else Path(legs))
     found = body is None
     if body is None:
         from rollgait.robot.urdf_discovery import discover
 
-        body = discover(Path(model))
+        body = discover(Path(place))
     given = {"srdf": srdf and str(_existing("srdf", Path(srdf))), "posture": posture}
     body = body.model_copy(update={key: value for key, value in given.items() if value is not None})
     return import_body(body, None if file is None else str(file.absolute()), found=found)

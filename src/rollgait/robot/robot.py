@@ -6,12 +6,12 @@ z up). The legs come always in the order FL, FR, HL, HR (front/hind, left/right)
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Final, Literal
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import model_validator
+from pydantic import AfterValidator, model_validator
 
 from rollgait.config import (
     Config,
@@ -97,6 +97,16 @@ class Limb(Config):
     """Position limits of the joint that steers the wheel (ankle_yaw), rad."""
 
 
+def _about_zero(value: tuple[float, float]) -> tuple[float, float]:
+    if not value[0] <= 0.0 <= value[1]:
+        raise ValueError("must be [smallest, largest] with 0, the nominal place, between them")
+    return value
+
+
+Side = Annotated[Range, AfterValidator(_about_zero)]
+"""How far a foot may be from its nominal place along one axis, m."""
+
+
 class Leg(Config):
     """A leg: its foot and the limits of it."""
 
@@ -104,6 +114,8 @@ class Leg(Config):
     """Kind of the foot."""
     stance: Vector3
     """p̄: nominal contact point from the CoM, base-yaw frame, m."""
+    box: tuple[Side, Side, Side] | None = None
+    """Box of this foot about p̄, [smallest, largest] of x, y and z, m. Default: ± the robot's `box`."""
     wheel_radius: Positive | None = None
     """R, m; of a point foot that of its ball, 0 if none is given."""
     heading: Number = 0.0
@@ -158,7 +170,7 @@ class Robot(Shown, Config):
     inertia: Inertia
     """I_B about the CoM, base axes, kg·m²."""
     box: PositiveVector3
-    """b: half-sizes of the box about p̄ in which a foot may be, base-yaw frame, m."""
+    """b: half-sizes of the box about p̄ in which a foot may be whose leg names none, base-yaw frame, m."""
     legs: Legs
     """The four legs."""
     whole_body: str | None = None
@@ -182,6 +194,16 @@ class Robot(Shown, Config):
     def stance(self) -> NDArray[np.float64]:
         """p̄ of all legs, shape (4, 3), m."""
         return np.array([leg.stance for leg in self.leg_list])
+
+    def foot_boxes(self, half_sizes: Sequence[float] | None = None) -> NDArray[np.float64]:
+        """Smallest and largest offset of each foot from p̄, base-yaw frame, shape (4, 2, 3), m.
+
+        Args:
+            half_sizes: of a box for all feet that goes before those of the robot, m.
+        """
+        half = np.array(self.box if half_sizes is None else half_sizes)
+        own = [leg.box if half_sizes is None else None for leg in self.leg_list]
+        return np.array([[-half, half] if sides is None else np.transpose(sides) for sides in own])
 
     @property
     def height(self) -> float:

@@ -16,8 +16,16 @@ from rollgait.robot.first_scenario import first_scenario
 from rollgait.robot.robot import LEG_NAMES, FootKind, Robot
 from rollgait.robot.robot_files import RobotFiles, robot_files
 from rollgait.robot.urdf_discovery import described
+from rollgait.robot.urdf_feet import measure_foot
 from rollgait.robot.urdf_model import BASE_V, LegChain, WholeBodyModel, load_model
-from rollgait.robot.urdf_reach import PLANAR, LimbFound, find_limb, reachable_box, steering_ranges
+from rollgait.robot.urdf_reach import (
+    PLANAR,
+    LimbFound,
+    find_limb,
+    foot_boxes,
+    reachable_box,
+    steering_ranges,
+)
 from rollgait.robot.urdf_stance import Stance, nominal_stance
 from rollgait.robot.whole_body import WholeBody
 
@@ -94,12 +102,17 @@ def import_robot(
     inertia = model.inertia(stance.q)
     box = reachable_box(model, stance)
     if box is None and body.planner.box is None:
-        rule = "cannot be found: the feet do not reach 1 cm about the nominal stance; give planner.box"
+        rule = "cannot be found: the feet do not reach 2 mm about the nominal stance; give planner.box"
         raise InputError("box", body.name, rule)
     steering_box = np.array(body.planner.steering_box or (box if box is not None else body.planner.box))
     ranges = steering_ranges(model, stance, steering_box)
     limbs = [find_limb(model, stance, i, body.planner) for i in range(len(LEG_NAMES))]
     legs = {name: _leg(model, stance, i, ranges[i], limbs[i].limb, body) for i, name in enumerate(LEG_NAMES)}
+    if box is not None and body.planner.box is None:
+        boxes = foot_boxes(model, stance)
+        for i, leg in enumerate(legs.values()):
+            if leg["foot"] != "steerable":  # its steering range must hold all over its box
+                leg["box"] = [[float(low), float(high)] for low, high in boxes[i].T]
     data = {
         "name": body.name,
         "description": body.planner.description,
@@ -116,7 +129,7 @@ def import_robot(
     }
     robot = validate(Robot, data, "robot")
     findings = [*_legs(body)] if found else []
-    findings += _findings(model, robot, box, steering_box, limbs)
+    findings += _findings(model, robot, box, steering_box, limbs, found)
     return ImportedRobot(robot, tuple(findings), body, found)
 
 
@@ -149,7 +162,7 @@ def _leg(
             round(float(limit), 4) if np.isfinite(limit) else SPEED_UNKNOWN
         )
     if data["foot"] == "fixed":
-        data["heading"] = round(float(stance.state.heading[leg]), 6) + 0.0  # not -0.0
+        data["heading"] = round(float(stance.state.heading[leg]), 6) + 0.0  # not 0.0
     if chain.steering is not None and steering is not None:
         rate = float(model.velocity_max[chain.steering - BASE_V])
         data["steering"] = [round(steering[0], 4), round(steering[1], 4)]
@@ -161,11 +174,23 @@ def _leg(
 
 
 def _findings(
-    model: WholeBodyModel, robot: Robot, box: Any, steering_box: Any, limbs: list[LimbFound]
+    model: WholeBodyModel,
+    robot: Robot,
+    box: Any,
+    steering_box: Any,
+    limbs: list[LimbFound],
+    legs_found: bool,
 ) -> list[Finding]:
     body, choices = model.config, model.config.planner
     share = float(robot.static_forces()[:2].sum() / robot.weight)
-    posture = _posture(model)
+    posture = _posture(model, legs_found)
+    shapes = {chain.name: chain.shape for chain in model.legs}
+    if legs_found:  # what was measured has become part of the description
+        bare = {"radius": None, "centre": None}
+        shapes = {
+            name: measure_foot(model.urdf, f"legs.{name}", leg.model_copy(update=bare))
+            for name, leg in body.leg_list()
+        }
     wheel, ik = "wheel joint's speed limit × radius", "inverse kinematics"
     first = robot.legs.FL
     found = [
@@ -198,8 +223,12 @@ def _findings(
     found.append(
         Finding("box", _list(robot.box, "m", "±"), "chosen" if asked else "the reachable one", not asked)
     )
+    for name, leg in zip(LEG_NAMES, robot.leg_list, strict=True):
+        if leg.box is not None:
+            room = ", ".join(f"{low:g} to {high:g}" for low, high in leg.box)
+            found.append(Finding(f"box {name}", f"{room} m", f"{ik}: as far as this leg reaches"))
     for chain in model.legs:
-        shape, what = chain.shape, "foot" if chain.wheel is None else "wheel"
+        shape, what = shapes[chain.name], "foot" if chain.wheel is None else "wheel"
         found.append(Finding(f"{what} radius {chain.name}", f"{shape.radius:g} m", shape.source, shape.known))
         if shape.centre.any():
             where = f"in the frame {getattr(body.legs, chain.name).frame}"
@@ -240,10 +269,10 @@ def _write(file: Path, text: str) -> None:
         temporary.write_text(text, encoding="utf-8")
 
 
-def _posture(model: WholeBodyModel) -> str:
+def _posture(model: WholeBodyModel, found: bool) -> str:
     """Where the angles of the stance's posture are from, as text."""
     body = model.config
-    if model.posture_is_found:
+    if model.posture_is_found or (found and body.joints and body.posture is None):
         return "posture found: knees bent, feet under the hips"
     if body.posture is not None:
         return f"posture {body.posture}" + (" and given joints" if body.joints else "")

@@ -11,18 +11,15 @@ from pathlib import Path
 from typing import Final
 
 from rollgait.errors import FileError, InputError, UnknownNameError, shown
+from rollgait.robot.mjcf import urdf_of_mjcf
 from rollgait.robot.urdf_check import check_urdf, decimal
+from rollgait.robot.xacro_files import expanded, is_xacro
 from rollgait.robot.xml_files import read_xml
 
 UNLIMITED: Final = 1e9
 """Stands for "no limit" in the URDF that is handed on (rad, rad/s, N m)."""
 
 _MOVING: Final = ("revolute", "continuous")
-_XACRO: Final = (
-    "{http://www.ros.org/wiki/xacro}",
-    "{http://ros.org/wiki/xacro}",
-    "{https://www.ros.org/wiki/xacro}",
-)
 _PACKAGE: Final = "package://"
 
 
@@ -134,14 +131,18 @@ class Urdf:
 
 
 def read_urdf(path: str | Path) -> Urdf:
-    """Reads, judges and repairs a URDF.
+    """Reads, judges and repairs a URDF, or what MJCF or a xacro file becomes as one.
 
     Raises:
         FileError: it cannot be read, is no URDF, or describes what no body can be.
+        MissingExtraError: it is MJCF, and MuJoCo is not installed.
     """
     file = Path(path)
     root = read_xml("urdf", file)
-    _check_language(file, root)
+    if root.tag == "mujoco":
+        root = urdf_of_mjcf(file)
+    elif is_xacro(root):
+        root = expanded(file)
     if root.tag != "robot" or root.find("link") is None:
         raise FileError("urdf", str(file), "is not a URDF: it has no robot with links")
     check_urdf(file, root)
@@ -172,23 +173,6 @@ def read_posture(path: str | Path, name: str) -> dict[str, float]:
             raise FileError("srdf", str(file), rule)
         angles[joint.get("name", "")] = angle
     return angles
-
-
-def _check_language(file: Path, root: ET.Element) -> None:
-    """Raises `FileError` for what is kept beside URDFs, and says how it becomes one."""
-    if root.tag == "mujoco":
-        rule = "is MJCF, not URDF: give the robot's .urdf, or export one by a converter from MJCF to URDF"
-        raise FileError("urdf", str(file), rule)
-    if any(str(part.tag).startswith(_XACRO) for part in root.iter()):
-        command = f"xacro {file.name} > {_plain(file)}"
-        rule = f"is a xacro file, not yet a URDF: run {command} first, and give the file that it writes"
-        raise FileError("urdf", str(file), rule)
-
-
-def _plain(file: Path) -> str:
-    """A name for the URDF that comes out of a xacro file."""
-    name = file.name.removesuffix(".xacro").removesuffix(".urdf")
-    return f"{name}.urdf" if file.name != f"{name}.urdf" else f"{name}-expanded.urdf"
 
 
 def _joints(root: ET.Element) -> Iterator[Joint]:

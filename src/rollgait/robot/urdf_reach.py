@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.robot.robot import LEG_NAMES, Limb
+from rollgait.robot.urdf_hip_legs import STRAIGHT, hip_legs
 from rollgait.robot.urdf_model import BASE_V, BodyState, WholeBodyModel
-from rollgait.robot.urdf_stance import Stance, reach
+from rollgait.robot.urdf_stance import FRONT, LEFT, Stance, reach
 from rollgait.robot.whole_body import Choices
 
 Array = NDArray[np.float64]
@@ -40,6 +41,21 @@ BOX_STEP: Final = 0.01
 BOX_TRIES: Final = 30
 """Most steps in which it shrinks: they get longer for robots taller than CENTAURO."""
 
+SIDES_LARGEST: Final = np.array([0.6, 0.3, 0.4])
+"""Longest sides of a leg's own box from the nominal place, as shares of the stance's height."""
+
+LIFTED_FIRST: Final = 0.06
+"""How high a foot shall get before its box grows to the other sides, as a share of the stance's height."""
+
+SIDE_STEPS: Final = 12
+"""Steps in which they grow: 4 cm of CENTAURO's."""
+
+STEP_SHARE: Final = 0.2
+"""Where a whole step goes too far a half is tried, and a quarter; nothing below this share."""
+
+FACE: Final = np.array(list(product((-1.0, 0.0, 1.0), repeat=2)))
+"""Corners, middles of edges and middle of a face of half-size 1."""
+
 REACHED: Final = 1e-6
 """Error with which a corner of the box counts as reached, m or rad."""
 
@@ -49,8 +65,42 @@ STEERING_GRID: Final = 9
 RESERVE_FOLDED, RESERVE_STRETCHED = 0.08, 0.14
 """Shares of a leg's length kept free: the base moves about the CoM while the legs step."""
 
-STRAIGHT: Final = 1e-3
-"""Sine of the angle by which axes may differ and still count as parallel or vertical."""
+
+class Workspace:
+    """Whether feet reach places about a stance: in closed form where legs are hips and knees, else by IK."""
+
+    def __init__(self, model: WholeBodyModel, stance: Stance) -> None:
+        self._model = model
+        self._stance = stance
+        self._legs = hip_legs(model, stance)
+        own = [list(chain.joints) for chain in model.legs]
+        sideways = [np.abs(stance.state.J_foot[i][1, joints]).max() for i, joints in enumerate(own)]
+        self.is_sideways = bool(min(sideways) > STRAIGHT)
+        """Whether every leg has a joint that moves its foot sideways."""
+        self.height = float(-stance.feet[:, 2].mean())
+        """Of the CoM above the ground, m."""
+
+    def holds(self, offsets: Array, *, together: bool = False) -> NDArray[np.bool_]:
+        """Whether each foot gets to all places that are so far from its nominal one, (4,).
+
+        Args:
+            offsets: of the places, (n, 4, 3), m.
+            together: whether it matters only if all feet do: then it looks no further once one does not.
+        """
+        held = np.ones(len(LEG_NAMES), dtype=bool)
+        if self._legs is not None:
+            places = self._stance.state.p_foot + offsets
+            return np.array([leg.reaches(places[:, i]).all() for i, leg in enumerate(self._legs)])
+        for offset in offsets:
+            held &= _reached(self._model, self._stance, offset)[1] < REACHED
+            if not (held.all() if together else held.any()):
+                break
+        return held
+
+    def holds_box(self, half: Array) -> bool:
+        """Whether all feet reach all of a box of these half-sizes, (3,), m."""
+        offsets = np.repeat((CORNERS * half)[:, None], len(LEG_NAMES), axis=1)
+        return bool(self.holds(offsets, together=True).all())
 
 
 def reachable_box(model: WholeBodyModel, stance: Stance) -> Array | None:
@@ -59,36 +109,75 @@ def reachable_box(model: WholeBodyModel, stance: Stance) -> Array | None:
     Begins with the largest one of the usual proportions and lengthens one side after the other, as what stops
     one direction need not stop the others. None if not even the smallest is reachable.
     """
-    sideways = _moves_sideways(model, stance)
+    space = Workspace(model, stance)
+    sideways, height = space.is_sideways, space.height
     shape = BOX_SHAPE if sideways else BOX_SHAPE * [1.0, 0.0, 1.0]
-    height = float(-stance.feet[:, 2].mean())
     first, largest = BOX_FIRST * height, BOX_LARGEST * height
     step = min(max(BOX_STEP, first / BOX_TRIES), first)
     for half in np.arange(np.floor(first / step), 0.0, -1.0) * step:
         size = half * shape
-        if _is_reached(model, stance, size):
+        if space.holds_box(size):
             break
     else:
-        return None
+        least = np.full(3, PLANAR)  # feet that stand at the end of their reach on one side
+        return least if space.holds_box(least * (shape > 0.0)) else None
     for axis in GROWING if sideways else GROWING[:2]:
         while size[axis] + step <= largest[axis]:
             longer = size.copy()
             longer[axis] += step
-            if not _is_reached(model, stance, longer):
+            if not space.holds_box(longer):
                 break
             size = longer
     return np.asarray(np.maximum(np.round(size, 3), PLANAR))
 
 
-def _moves_sideways(model: WholeBodyModel, stance: Stance) -> bool:
-    """Whether every leg has a joint that moves its foot sideways."""
-    own = [list(chain.joints) for chain in model.legs]
-    sideways = [np.abs(stance.state.J_foot[i][1, joints]).max() for i, joints in enumerate(own)]
-    return bool(min(sideways) > STRAIGHT)
+def foot_boxes(model: WholeBodyModel, stance: Stance) -> Array:
+    """A box of its own for each foot, (4, 2, 3), m: smallest and largest offset from the nominal place.
+
+    Lifts the foot and then lets each side grow as long as the legs of an axle reach the face that it moves:
+    what stops a foot behind need not stop it ahead. Left and right mirror each other.
+    """
+    space = Workspace(model, stance)
+    largest = SIDES_LARGEST * space.height
+    step = SIDES_LARGEST * space.height / SIDE_STEPS
+    axes = (0, 1, 2) if space.is_sideways else (0, 2)
+    sides = np.zeros((len(FRONT), 2, 3))  # of each axle: behind, inside, below; ahead, outside, above
+    for lift in np.linspace(0.0, LIFTED_FIRST * space.height, SIDE_STEPS):
+        higher = sides.copy()
+        higher[:, 1, 2] = lift
+        held = _face_is_held(space, higher, 1, 2)
+        sides[held] = higher[held]
+    steps = np.zeros_like(sides)
+    steps[..., list(axes)] = step[list(axes)]
+    while steps.any():
+        for axis, end in product(axes, range(2)):
+            longer = sides.copy()
+            longer[:, end, axis] += steps[:, end, axis]
+            growing = steps[:, end, axis] > 0.0
+            held = _face_is_held(space, longer, end, axis) if growing.any() else growing
+            grown = growing & held & (longer[:, end, axis] <= largest[axis])
+            sides[grown] = longer[grown]
+            steps[growing & ~grown, end, axis] /= 2.0
+            steps[steps < STEP_SHARE * step] = 0.0
+    boxes = np.empty((len(LEG_NAMES), 2, 3))
+    for axle, legs in enumerate(FRONT):
+        for leg in legs:
+            low, high = -sides[axle, 0], sides[axle, 1].copy()
+            if LEFT[leg] < 0.0:
+                low[1], high[1] = -high[1], -low[1]
+            boxes[leg] = low, high
+    boxes = np.trunc(1e3 * boxes) / 1e3
+    return np.stack([np.minimum(boxes[:, 0], -PLANAR), np.maximum(boxes[:, 1], PLANAR)], axis=1)
 
 
-def _is_reached(model: WholeBodyModel, stance: Stance, size: Array) -> bool:
-    return all(np.max(_reached(model, stance, corner * size)[1]) < REACHED for corner in CORNERS)
+def _face_is_held(space: Workspace, sides: Array, end: int, axis: int) -> NDArray[np.bool_]:
+    """Whether the legs of each axle reach a face of their boxes."""
+    corners = np.insert(FACE, axis, 2.0 * end - 1.0, axis=1)
+    offsets = np.where(corners[:, None] > 0.0, sides[:, 1], sides[:, 0]) * corners[:, None]
+    offsets = np.repeat(offsets, len(LEG_NAMES) // len(FRONT), axis=1)
+    offsets[..., 1] *= LEFT
+    held = space.holds(offsets)
+    return np.array([held[list(legs)].all() for legs in FRONT])
 
 
 def _reached(model: WholeBodyModel, stance: Stance, offset: Array) -> tuple[BodyState, Array]:
@@ -102,6 +191,8 @@ def steering_ranges(model: WholeBodyModel, stance: Stance, box: Array) -> list[t
 
     None for a leg that does not steer. Places that the leg does not reach do not count.
     """
+    if not any(chain.steering for chain in model.legs):
+        return [None] * len(LEG_NAMES)
     low, high = np.full(len(LEG_NAMES), -np.inf), np.full(len(LEG_NAMES), np.inf)
     side = np.linspace(-1.0, 1.0, STEERING_GRID)
     for x, y in product(side, side):

@@ -173,7 +173,7 @@ def whole_body_names() -> list[str]:
 def library_whole_body(name: str) -> WholeBody:
     """The whole body of this name in the library. Raises `UnknownNameError`."""
     if name not in whole_body_names():
-        rule = "is neither a robot with a whole body in the library nor a .urdf or .yaml file"
+        rule = "is neither a file nor a robot with a whole body in the library or in robot_descriptions"
         raise UnknownNameError("model", name, whole_body_names(), rule)
     with resources.as_file(_LIBRARY / f"{name}.yaml") as file:
         return load_whole_body(file)

@@ -348,8 +348,8 @@ class Scenario(Shown, Config):
 
     def _check_goal_distance(self) -> None:
         """The CoM gets no further than feet roll at full speed, boxes lean and it turns about a foot."""
-        box = self.bounds.box or self.body.box
-        lean = 2.0 * math.hypot(box[0], box[1])
+        low, high = self.body.foot_boxes(self.bounds.box).swapaxes(0, 1)
+        lean = float(np.linalg.norm((high - low)[:, :2], axis=1).max())
         names = ["goal", *(f"goal.then.{k}" for k in range(len(self.goal.then)))]
         goals: list[Goal | LaterGoal] = [self.goal, *self.goal.then]
         begins = [0.0, *(later.at for later in self.goal.then)]

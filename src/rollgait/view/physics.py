@@ -96,7 +96,8 @@ def draw_torques(figure: Figure, log: SimulationLog, style: Style) -> None:
     axes.set_ylim(0.0, 110.0)
     axes.set_ylabel("torque (% of limit)")
     axes.set_xlabel("time (s)")
-    figure.legend(loc="outside upper center", ncols=3)
+    if len(axes.lines) > 1:  # joints whose drives have no limit are not drawn
+        figure.legend(loc="outside upper center", ncols=3)
     _mark_end(log, axes)
 
 

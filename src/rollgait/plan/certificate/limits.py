@@ -23,8 +23,8 @@ def check_box(case: Case) -> Iterator[Row]:
     place = case.foot_base
     if case.scenario.bounds.full_rotation:
         place = in_base_frame(at.foot_position - at.com_position[..., None, :], at.euler)
-    box = np.asarray(case.bound("box") or case.robot.box)
-    low, high = np.tile(box, (4, 1)), np.tile(box, (4, 1))
+    boxes = case.robot.foot_boxes(case.bound("box"))
+    low, high = -boxes[:, 0], boxes[:, 1]
     if case.terrain is not None and case.bound("reach"):  # how low a foot is says its reach, how high its hip
         known = [leg.limb is not None for leg in case.legs]
         low[known, 2] = np.inf

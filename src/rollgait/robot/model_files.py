@@ -1,0 +1,50 @@
+"""Where the file of a robot is that is given by a path or by a name."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from pathlib import Path
+from typing import Any, Final
+
+from rollgait.errors import FileError
+
+PUBLIC: Final = "robot_descriptions"
+"""A package of public robots, each a module that fetches its files when it is imported first."""
+
+MODULES: Final = ("{}", "{}_description", "{}_mj_description")
+"""How its modules may be named after a robot: URDFs before MJCF."""
+
+PATHS: Final = ("URDF_PATH", "XACRO_PATH", "MJCF_PATH")
+"""Under which names they tell their files."""
+
+
+def model_file(model: str | Path) -> Path:
+    """The file of a robot: as given, or that of a public robot of this name, where that package is there.
+
+    Args:
+        model: a path; or a name such as `go2_description` or `go2`, which no file and no folder has.
+
+    Raises:
+        FileError: the package knows the robot, but its files cannot be had.
+    """
+    path = Path(model)
+    name = str(model)
+    if path.exists() or not name.isidentifier() or importlib.util.find_spec(PUBLIC) is None:
+        return path
+    for pattern in MODULES:
+        module = f"{PUBLIC}.{pattern.format(name)}"
+        if importlib.util.find_spec(module) is not None:
+            return _file_of(name, module) or path
+    return path
+
+
+def _file_of(name: str, module: str) -> Path | None:
+    """The file that a module of the package tells, fetched if it is not there yet; None if it tells none."""
+    try:
+        public: Any = importlib.import_module(module)
+    except Exception as error:  # of git, of the network, of the package itself
+        reason = " ".join(str(error).split())[:200]
+        raise FileError("model", name, f"cannot be had from {PUBLIC}: {reason}") from None
+    paths = [getattr(public, key) for key in PATHS if hasattr(public, key)]
+    return Path(paths[0]) if paths else None
