@@ -222,7 +222,7 @@ class Viewer:
         except RollgaitError as error:
             self.panel.done(str(error), good=False)
             return
-        if self.planning.plan(scenario.to_yaml()):
+        if self.planning.plan(scenario):
             self.panel.busy()
 
     def _progressed(self, progress: SolvingProgress) -> None:
