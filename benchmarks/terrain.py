@@ -335,11 +335,15 @@ def robots(worlds: Sequence[str]) -> Rows:
 
 
 def raster(worlds: Sequence[str]) -> Rows:
-    """The same world as planes and as a map: how far apart are the motions?"""
+    """The same world as planes and as a map: how far apart are the motions?
+
+    Edges lie at full centimetres, so half way between the nodes of these maps.
+    """
     for name in worlds:
         scenario = asked(name)
         exact, _ = planned(scenario)
-        measured = scenario.with_terrain(scenario.terrain.raster(RASTER, *corners(scenario)))
+        low, high = corners(scenario)
+        measured = scenario.with_terrain(scenario.terrain.raster(RASTER, low + 0.5 * RASTER, high))
         plan, cells = planned(measured)
         if exact is None or plan is None:
             yield name, *cells, "", ""

@@ -10,5 +10,3 @@ OTHER_ROBOTS = [name for name in scenario_names() if find_scenario(name).robot !
 """Those of the other robots, on flat ground."""
 FLAT = [name for name in scenario_names() if name not in TERRAIN + OTHER_ROBOTS]
 """The paper's motions."""
-IN_A_FILE = [name for name in TERRAIN if find_scenario(name).ground.map is not None]
-"""Those whose ground is a map: what `show` prints of them needs the file beside it."""

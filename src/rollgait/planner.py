@@ -16,6 +16,7 @@ from rollgait.attempts import USUAL, Attempt, Attempts, Effort, Method, Ready
 from rollgait.diagnosis.budget import SECONDS, Budget, Limits
 from rollgait.diagnosis.entry import Investigation
 from rollgait.errors import InputError, NotSolvedError
+from rollgait.footing.footing import Footing
 from rollgait.mending import finer
 from rollgait.ocp.problem import Problem, make_problem
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
@@ -35,6 +36,8 @@ GROUND_ROUNDS = 4
 GROUND_TOLERANCE = 3e-4
 """By how much feet in stance may be beside the ground, m, before it is looked up again: three tenths of what
 the certificate allows."""
+TILT_TOLERANCE = 1e-3
+"""By how much the tilt that the ground asks of the base may differ, rad: half a millimetre at a foot."""
 VIOLATION_TOLERANCE = 1e-6
 """Scaled violation of a constraint above which it is named in the statistics."""
 
@@ -192,14 +195,15 @@ class Planner:
     ) -> Settled:
         """A solution on the ground that is where its feet are: curved ground is looked up again around it."""
         result = Settled(ready, best)
-        while result.ready.problem.footing.is_curved and result.rounds < GROUND_ROUNDS:
+        while _may_differ(result.ready.problem.footing) and result.rounds < GROUND_ROUNDS:
             with watch("build"):
                 motion = result.motion
                 problem = result.ready.problem
                 around = problem.remeshed(problem.schedule, motion)
                 xy = motion(problem.schedule.node_times).foot_position[..., :2]
                 apart = problem.footing.deviation(around.footing, problem.schedule.contact, xy)
-                if apart <= GROUND_TOLERANCE:
+                tilted = problem.footing.base_deviation(around.footing)
+                if apart <= GROUND_TOLERANCE and tilted <= TILT_TOLERANCE:
                     break
                 again = Ready(self._method, around)
             if again.transcribed.nlp.contradictions:
@@ -271,9 +275,14 @@ class Planner:
         if not attempts.solved:
             return None
         settled = self._settled(ready, attempts.best, watch, progress, effort)
-        if finer_problem.footing.is_curved:  # the ground was looked up before as well
+        if _may_differ(finer_problem.footing):  # the ground was looked up before as well
             settled = replace(settled, rounds=plan.statistics.ground_rounds + settled.rounds)
         return _as_plan(settled, attempts, self._method)
+
+
+def _may_differ(footing: Footing) -> bool:
+    """Whether another motion might have other ground under its feet than planes of the same slope."""
+    return footing.is_curved or footing.is_sloped
 
 
 def plan(

@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from tests.library import IN_A_FILE
 
 import rollgait
 from rollgait.cli.app import run
@@ -32,7 +31,7 @@ def output(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
 
 
 @pytest.mark.parametrize("profile", ["paper", "executable"])
-@pytest.mark.parametrize("name", [name for name in scenario_names() if name not in IN_A_FILE])
+@pytest.mark.parametrize("name", scenario_names())
 def test_what_show_prints_is_the_same_scenario(
     name: str, profile: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

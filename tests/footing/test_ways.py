@@ -38,3 +38,57 @@ def test_feet_of_a_route_stand_where_they_can() -> None:
             inside = schedule.contact[leg, schedule.mesh.interval_at(route.times)]
             assert regions.free(route.feet[inside, leg]).mean() > 0.98  # a node belongs to both its intervals
         assert (np.diff(route.base[:, 0]) >= -1e-9).all()
+
+
+def crawling(part: dict[str, Any], goal: float) -> rg.Scenario:
+    """CENTAURO on point feet, a few steps."""
+    gait = {"kind": "crawl", "steps": 8, "wheels": "locked"}
+    data = {
+        "robot": "centauro",
+        "goal": {"x": goal},
+        "horizon": 18.0,
+        "gait": gait,
+        "ground": {"parts": [part]},
+    }
+    return rg.Scenario.from_dict(data)
+
+
+@pytest.mark.parametrize(
+    "scenario",
+    [
+        crawling({"kind": "step", "x": 0.62, "height": 0.2}, 0.05),
+        crawling({"kind": "ramp", "x": 0.45, "length": 2.0, "slope_deg": 15.0}, 0.4),
+        *map(rg.find_scenario, ("kerb", "gap", "ramp")),
+    ],
+    ids=["before a step", "onto a ramp", "kerb", "gap", "ramp"],
+)
+def test_a_foot_in_the_air_is_in_a_region_or_above_all_on_its_way(scenario: rg.Scenario) -> None:
+    """So that nothing stands beside it wherever in its region it goes."""
+    schedule = scenario.schedule
+    found = find_ways(scenario, schedule)
+    nodes = np.searchsorted(found.route.times, schedule.node_times - 1e-12)
+    for swing in found.footing.swings:
+        regions, phases = found.ways.regions[swing.leg], found.ways.phases[swing.leg]
+        path = found.route.feet[nodes, swing.leg][[swing.lift_off, swing.touch_down]]
+        way = path[0] + np.linspace(0.0, 1.0, 50)[:, None] * (path[1] - path[0])
+        for k in range(swing.lift_off, swing.touch_down):
+            region = phases[k].region
+            if region is None:
+                assert (
+                    found.footing.model[swing.leg, k, 2] >= np.nanmax(regions.surface.height(*way.T)) - 2e-3
+                )
+            else:
+                corners = region.vertices
+                inside = corners.mean(axis=0) + 0.999 * (corners - corners.mean(axis=0))
+                assert regions.free(inside).all()
+
+
+def test_a_swing_across_a_kink_goes_over_it() -> None:
+    """The ground of either foothold, gone on with straight, would be too low for it."""
+    scenario = crawling({"kind": "ramp", "x": 0.45, "length": 2.0, "slope_deg": 15.0}, 0.4)
+    found = find_ways(scenario, scenario.schedule)
+    crossing = [s for s in found.footing.swings if s.before == 0.0 < s.after]
+    assert crossing
+    assert all(s.over and s.top >= s.after for s in crossing)
+    assert not found.footing.is_curved
+    assert found.footing.is_sloped

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rollgait.errors import InputError
 from rollgait.robot.library import find_robot
@@ -168,6 +169,53 @@ def test_regions_of_a_raster_are_those_of_its_parts(seed: int) -> None:
         around = exact.free(point + 0.025 * RING)
         assert not around.all() if exact.free(point[None])[0] else around.any()
     keeps_off_edges(world, rough, points[rough.free(points)], slack=0.015)
+
+
+@given(rounded(0.02, 0.3), rounded(0.0, 1.0), st.sampled_from([1.0, -1.0]), rounded(-0.3, 0.3))
+@settings(max_examples=15)
+def test_beside_a_straight_edge_a_box_of_a_raster_is_that_of_its_parts(
+    height: float, share: float, up: float, y: float
+) -> None:
+    """Wherever the edge lies between the nodes: half a cell beside, as straight, and no cut slants."""
+    cell = 0.01
+    world = Terrain.from_parts([Step(x=0.0, height=up * height)])
+    corner = np.array([-1.3 - share * cell, -1.2])
+    exact, rough = regions_of(world, RADIUS), regions_of(world.raster(cell, corner, -corner), RADIUS)
+    for x in (-0.3, 0.3):
+        boxes = [regions.box(np.array([[x, y], [x + 0.02, y]]), reach=0.5) for regions in (exact, rough)]
+        assert boxes[0] is not None
+        assert boxes[1] is not None
+        sides = [box.vertices[:, 0] for box in boxes]
+        np.testing.assert_allclose(
+            [sides[1].min(), sides[1].max()], [sides[0].min(), sides[0].max()], atol=2 * cell
+        )
+        np.testing.assert_allclose(np.ptp(boxes[1].vertices[:, 1]), np.ptp(boxes[0].vertices[:, 1]))
+        for regions in (exact, rough):
+            assert regions.free(boxes[1].vertices.mean(axis=0)[None]).all()
+
+
+@given(worlds, seeds)
+@settings(max_examples=15)
+def test_a_foothold_of_a_foot_that_does_not_roll_lies_in_one_plane(world: Terrain, seed: int) -> None:
+    regions = regions_of(world, 0.0, rolls=False)
+    points = places(seed, 60)
+    for point in points[regions.free(points)][:8]:
+        box = regions.box(point[None], reach=0.4)
+        assert box is not None
+        inside = point + places(seed + 1, 60, 0.4)
+        inside = inside[box.contains(inside)]
+        slope = world.slope(*point)
+        plane = world.height(*point) + (inside - point) @ slope
+        np.testing.assert_allclose(world.height(*inside.T), plane, atol=1e-6)
+
+
+def test_a_kink_divides_only_what_does_not_roll() -> None:
+    ramp = Terrain.from_parts([Ramp(x=0.0, length=2.0, slope_deg=15.0)])
+    sides = np.array([[-0.01, 0.2], [0.01, 0.2]])
+    before, behind = regions_of(ramp, 0.02, rolls=False).label(sides)
+    assert 0 <= before != behind >= 0
+    rolling = regions_of(ramp, 0.02).label(sides)
+    assert rolling[0] == rolling[1] >= 0
 
 
 def test_unknown_ground_belongs_to_no_region() -> None:

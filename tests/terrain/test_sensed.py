@@ -168,6 +168,24 @@ def test_under_the_robot_is_what_most_of_the_ground_around_is(
     np.testing.assert_array_equal(filled.map.values[known], world.map.values[known])
 
 
+def test_beside_the_feet_the_ground_goes_over_into_what_is_known() -> None:
+    """Half of a kerb is hidden: no riser stands where what is hidden ends; no rest of it stays unknown."""
+    x = np.arange(-25, 26) * CELL
+    truth = np.where(x[:, None] > 0.42, 0.1, 0.0) + 0.0 * x
+    hidden = (np.abs(x) < 0.5)[:, None] & (np.abs(x) < 0.5)
+    hidden[np.abs(x - 0.52) < 0.01, np.abs(x - 0.2) < 0.01] = True  # missed by the sensor right beside
+    hidden[np.abs(x - 0.8) < 0.01, np.abs(x - 0.2) < 0.01] = True  # and elsewhere
+    feet = np.array([[0.3, 0.3], [0.3, -0.3], [-0.3, 0.3], [-0.3, -0.3]])
+    filled = Terrain.from_map(np.where(hidden, np.nan, truth), CELL, (x[0], x[0])).filled_around(feet)
+    assert filled.known(0.52, 0.2)
+    assert not filled.known(0.8, 0.2)
+    under = places(0, 50, 0.3)
+    np.testing.assert_allclose(filled.height(*under.T), 0.0, atol=1e-9)
+    line = filled.height(np.linspace(0.3, 0.6, 31), 0.0)
+    assert (np.diff(line) > -1e-9).all()
+    assert np.diff(line).max() < 0.4 * 0.1
+
+
 def test_nothing_is_concluded_from_nothing() -> None:
     values = np.full((51, 51), np.nan)
     values[0, 0] = 0.0

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 
 from rollgait.dynamics.ground import MODEL_SIZE
 from rollgait.footing.footing import FEET, LEAVE_SIZE, Array, Footing, SwingOver
-from rollgait.footing.phases import OVER_CLEARANCE, FeetPaths, Phase, Swinging, phases_of
+from rollgait.footing.phases import ACROSS, OVER_CLEARANCE, FeetPaths, Phase, Swinging, phases_of
 from rollgait.scenario.schedule import ContactSchedule
 from rollgait.terrain.convex_region import SIDES
 from rollgait.terrain.local_models import models_along
 from rollgait.terrain.references import base_references
 from rollgait.terrain.regions import Regions
+
+SLOPED: Final = 1.0e-6
+"""Steepest slope that is level: rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +81,8 @@ class Ways:
         A, b = np.zeros((FEET, count, SIDES, 2)), np.ones((FEET, count, SIDES))
         floor = np.zeros((FEET, count, 2))
         curved = False
+        swings = tuple(self._looked_up(swing, paths) for swing in self.swings)
+        tops = self._tops(swings)
         for leg, (region, own) in enumerate(zip(self.regions, self.phases, strict=True)):
             stands = self.schedule.contact[leg]
             refs = 0.5 * (paths.xy[:-1, leg] + paths.xy[1:, leg])
@@ -89,10 +95,10 @@ class Ways:
             friction[leg] = region.terrain.friction_at(*refs.T)
             for k, phase in enumerate(own):
                 if not stands[k]:
-                    model[leg, k] = _ground_in_air(phase, model[leg], refs[k], region)
+                    model[leg, k] = _ground_in_air(phase, tops[leg, k], model[leg], refs[k], region)
                 if phase.region is not None:
                     A[leg, k], b[leg, k] = phase.region.padded(SIDES)
-            self._raise_floor(leg, model[leg], paths.xy[:, leg], floor[leg])
+            self._raise_floor(leg, swings, model[leg], paths.xy[:, leg], floor[leg])
         return Footing(
             model=model,
             leave=_leaves(model, self.schedule),
@@ -101,10 +107,11 @@ class Ways:
             A=A,
             b=b,
             floor=floor,
-            swings=self.swings,
+            swings=swings,
             base=self._base(model, paths),
             radius=np.array([region.surface.radius for region in self.regions]),
             is_curved=curved,
+            is_sloped=bool(np.abs(slope).max() > SLOPED),
         )
 
     def _base(self, model: Array, paths: FeetPaths) -> Array:
@@ -124,9 +131,33 @@ class Ways:
             under[nodes, s.leg] = before + passed * (after - before)
         return base_references(under, self.stance)
 
-    def _raise_floor(self, leg: int, model: Array, xy: Array, floor: Array) -> None:
+    def _looked_up(self, swing: SwingOver, paths: FeetPaths) -> SwingOver:
+        """A swing over something, as high as what is now on its way: not where its footholds were once."""
+        if not swing.over:
+            return swing
+        nodes = np.arange(swing.lift_off, swing.touch_down + 1)
+        places = np.linspace(nodes[0], nodes[-1], max(ACROSS, len(nodes)))
+        way = [np.interp(places, nodes, paths.xy[nodes, swing.leg, axis]) for axis in (0, 1)]
+        heights = self.regions[swing.leg].surface.height(*way)
+        if np.isnan(heights[[0, -1]]).any():
+            return swing
+        before, top, after = heights[0], np.nanmax(heights), heights[-1]
+        return replace(swing, before=float(before), top=float(top), after=float(after))
+
+    def _tops(self, swings: Sequence[SwingOver]) -> Array:
+        """Height of the level plane above which a foot goes over something, (4, N), m; NaN where none is."""
+        tops = np.full((FEET, self.schedule.intervals), np.nan)
+        for swing in swings:
+            for k in range(swing.lift_off, swing.touch_down):
+                if not np.isnan(self.phases[swing.leg][k].top):
+                    tops[swing.leg, k] = swing.top
+        return tops
+
+    def _raise_floor(
+        self, leg: int, swings: Sequence[SwingOver], model: Array, xy: Array, floor: Array
+    ) -> None:
         """The least heights (N, 2) of a foot, where it goes over something."""
-        for swing in self.swings:
+        for swing in swings:
             if swing.leg != leg or not swing.over:
                 continue
             inside = range(swing.lift_off, swing.touch_down)
@@ -139,9 +170,9 @@ class Ways:
                 floor[after, 0] = swing.top + OVER_CLEARANCE - _height(model[after], xy[after])
 
 
-def _ground_in_air(phase: Phase, model: Array, ref: Array, region: Regions) -> Array:
-    if not np.isnan(phase.top):
-        return np.array([*ref, phase.top, 0.0, 0.0, 0.0, 0.0, 0.0])
+def _ground_in_air(phase: Phase, top: float, model: Array, ref: Array, region: Regions) -> Array:
+    if not np.isnan(top):
+        return np.array([*ref, top, 0.0, 0.0, 0.0, 0.0, 0.0])
     if phase.stance >= 0:
         return np.asarray(model[phase.stance])
     return np.array([*ref, float(region.surface.height(*ref)), 0.0, 0.0, 0.0, 0.0, 0.0])

@@ -73,6 +73,7 @@ class Footing:
         radius: R of the wheels or of the balls of point feet, (4,), m.
         is_flat: one level plane, the same μ everywhere.
         is_curved: a stance has ground whose slope changes: another motion would have other models.
+        is_sloped: a stance has a slope: another motion may have other heights, and another tilt of the base.
     """
 
     model: Array
@@ -87,6 +88,7 @@ class Footing:
     radius: Array
     is_flat: bool = False
     is_curved: bool = False
+    is_sloped: bool = False
 
     @classmethod
     def flat(cls, level: float, friction: float, count: int) -> Footing:
@@ -163,6 +165,10 @@ class Footing:
             for places in (xy[:-1], xy[1:])
         ]
         return float(np.where(contact.T, np.maximum(*apart), 0.0).max())
+
+    def base_deviation(self, other: Footing) -> float:
+        """By how much two footings differ in the tilts that they want of the base, at most, rad."""
+        return float(np.abs(self.base[:, 1:] - other.base[:, 1:]).max())
 
     def numbers(self) -> Array:
         """What a trajectory must keep: model and slope of the contact, (N, 4, 10)."""

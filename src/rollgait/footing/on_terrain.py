@@ -67,7 +67,9 @@ def find_ways(scenario: Scenario, schedule: ContactSchedule) -> OnTerrain:
     route = find_route(times, progress, poses, robot.stance, regions, schedule, rolls, rise_max(robot))
     nodes = np.searchsorted(route.times, schedule.node_times - 1e-12)
     yaw = route.base[nodes, 2]
-    paths = FeetPaths(route.feet[nodes], np.repeat(yaw[:, None], FEET, axis=1), yaw)
+    feet = route.feet[nodes]
+    feet[0] = standing_start(scenario)[1][:, :2]  # where they are given, a little beside the nominal places
+    paths = FeetPaths(feet, np.repeat(yaw[:, None], FEET, axis=1), yaw)
     speed = float(scenario.value_of("bounds", "swing_speed_max"))
     how = Swinging(speed, scenario.clearance_over)
     ways = Ways.along(regions, robot.stance, schedule, paths, how)
@@ -82,8 +84,9 @@ def rise_max(robot: Robot) -> float:
 def regions_for(scenario: Scenario) -> list[Regions]:
     """The regions of each leg's foot on the ground of a scenario."""
     poses = poses_of(scenario)
-    radii = [leg.foot_radius for leg in scenario.body.leg_list]
-    return regions_about(scenario.terrain, radii, poses[:, :2], AROUND)
+    legs = scenario.body.leg_list
+    radii, rolls = [leg.foot_radius for leg in legs], [leg.foot != "point" for leg in legs]
+    return regions_about(scenario.terrain, radii, poses[:, :2], AROUND, rolls)
 
 
 def standing_start(scenario: Scenario) -> tuple[Array, Array]:

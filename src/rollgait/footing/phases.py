@@ -31,6 +31,9 @@ BUMP: Final = 0.01
 """What stands out of the ground between two footholds by more than this must be gone over, m."""
 ACROSS: Final = 24
 """Places along the way of a swing at which the ground is looked up."""
+BESIDE_LOCAL: Final = 1.0e-3
+"""m; where the ground of a swing's way stands so far above what its footholds' slopes let expect, it is gone
+over: a foot that swings at its own clearance above these would be too low there, as at the foot of a ramp."""
 
 
 @dataclass(frozen=True)
@@ -141,22 +144,32 @@ def _add_swing(
     both = np.array([left, lands])
     boxes = (before.region, after.region)
     one_region = all(box is not None and box.contains(both).all() for box in boxes)
-    over = not one_region or top > bottom.max() + BUMP
+    over = not one_region or top > bottom.max() + BUMP or _stands_out_of_local(heights)
     first = last = swing.middle
     if over:
         between = ~np.logical_or.reduce([box.contains(way) for box in boxes if box is not None])
         length = between.mean() * float(np.linalg.norm(lands - left))
         first, last = _over(swing, length / (SWING_SPEED_SHARE * how.speed_max), schedule)
+    # A swing over nothing stays in the regions of its footholds: beyond their edges there may be a riser.
     for k in range(begin, end):
         if k < first:
-            own[k] = before if over else Phase(None, before.stance)
+            own[k] = before
         elif k < last:
             own[k] = Phase(None, -1, float(top))
         else:
-            own[k] = after if over else Phase(None, after.stance)
+            own[k] = after
     return SwingOver(
         swing.leg, begin, end, float(bottom[0]), float(top), float(bottom[1]), over, how.clearance_over
     )
+
+
+def _stands_out_of_local(heights: Array) -> bool:
+    """Whether ground (n,) stands above the straight continuations of both its ends, each up to the middle."""
+    steps, middle = np.arange(len(heights)), len(heights) // 2
+    first = heights[0] + (heights[1] - heights[0]) * steps
+    last = heights[-1] + (heights[-1] - heights[-2]) * (steps - steps[-1])
+    local = np.where(steps < middle, first, last)
+    return bool((heights - local > BESIDE_LOCAL).any())
 
 
 def _over(swing: SwingPhase, duration: float, schedule: ContactSchedule) -> tuple[int, int]:

@@ -27,6 +27,8 @@ TRACK_STEP: Final = 0.01
 """Distance of the places of a track at which the ground is looked up, m."""
 FEWEST: Final = 50
 """Fewest of them between two goals: a turn on the spot has no length."""
+BESIDE: Final = 1.5
+"""Arcs no farther apart than this, in steps of the track, have nothing between them."""
 ROUNDS: Final = 3
 """How often base and feet are fitted to one another."""
 SKIPPING: Final = 1.0
@@ -130,7 +132,9 @@ def find_route(
     for _ in range(ROUNDS):
         low, high = np.full_like(times, 0.0), np.full_like(times, progress[-1])
         for leg in range(FEET):
-            s_feet[:, leg], window = _foot_progress(times, s_base, own_arcs[leg], schedule, leg, rolls[leg])
+            s_feet[:, leg], window = _foot_progress(
+                times, s_base, own_arcs[leg], schedule, leg, rolls[leg], BESIDE * float(np.diff(way.s).max())
+            )
             low, high = np.maximum(low, window[0]), np.minimum(high, window[1])
         if (low == 0.0).all() and (high == progress[-1]).all():
             break  # nothing is in the way
@@ -188,11 +192,18 @@ def track_arcs(regions: Regions, track: Array, s: Array, rise_max: float) -> Arr
 
 
 def _foot_progress(
-    times: Array, s_base: Array, own_arcs: Array, schedule: ContactSchedule, leg: int, rolls: bool
+    times: Array,
+    s_base: Array,
+    own_arcs: Array,
+    schedule: ContactSchedule,
+    leg: int,
+    rolls: bool,
+    gap: float,
 ) -> tuple[Array, Array]:
     """Progress of a foot at times, and between which values that of the base would suit it, (n,) and (2, n).
 
-    It is in an arc while the foot stands, and goes from one to the next while it swings.
+    It is in an arc while the foot stands, and goes from one to the next while it swings. Arcs no farther
+    apart than `gap` follow one another directly.
     """
     nodes = schedule.node_times
     swings = [swing for swing in schedule.swings() if swing.leg == leg]
@@ -210,16 +221,26 @@ def _foot_progress(
     result = np.empty_like(s_base)
     window = np.stack([np.full_like(s_base, 0.0), np.full_like(s_base, own_arcs[-1, 1])])
     for (inside, s), arc in zip(wanted, chosen, strict=True):
-        begin, end = own_arcs[arc]
-        result[inside] = np.clip(s, begin, end)
-        window[:, inside] = np.array(
-            [[0.0 if arc == 0 else begin], [np.inf if arc == len(own_arcs) - 1 else end]]
-        )
+        result[inside] = np.clip(s, *own_arcs[arc])
+        run = _run(own_arcs, arc, gap)
+        low = 0.0 if run[0] == 0 else own_arcs[run[0], 0]
+        high = np.inf if run[1] == len(own_arcs) - 1 else own_arcs[run[1], 1]
+        window[:, inside] = np.array([[low], [high]])
     for (begin, _), (_, end) in zip(stances[1:], stances[:-1], strict=True):
         air = (times > end + 1e-9) & (times < begin - 1e-9)
         a, b = np.interp([end, begin], times, result)  # the nodes are among the times
         result[air] = a + minimum_jerk((times[air] - end) / (begin - end))[0] * (b - a)
     return result, window
+
+
+def _run(own_arcs: Array, arc: int, gap: float) -> tuple[int, int]:
+    """First and last of the arcs about one between which there is nothing: a kink keeps no base waiting."""
+    first = last = arc
+    while first > 0 and own_arcs[first, 0] - own_arcs[first - 1, 1] <= gap:
+        first -= 1
+    while last + 1 < len(own_arcs) and own_arcs[last + 1, 0] - own_arcs[last, 1] <= gap:
+        last += 1
+    return first, last
 
 
 def _assign(stances: Sequence[Array], own_arcs: Array) -> list[int]:

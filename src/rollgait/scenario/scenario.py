@@ -31,10 +31,19 @@ from rollgait.scenario.profile import (
 from rollgait.scenario.schedule import ContactSchedule, put_on_mesh
 from rollgait.scenario.weights import Bounds, Weights
 from rollgait.terrain.ground import Ground
+from rollgait.terrain.height_map import HeightMap
 from rollgait.terrain.terrain import Terrain
 
 LONGEST: Final = 120.0
 """s: the horizon of a gait that is to be found, where none is given; a longer motion is several."""
+
+
+def _heights_of_the_library(digest: str) -> HeightMap | None:
+    """The map of a scenario that comes with the package, if one has this digest."""
+    from rollgait.scenario.library import find_scenario, scenario_names
+
+    found = (find_scenario(name).ground.heights for name in scenario_names())
+    return next((heights for heights in found if heights is not None and heights.digest == digest), None)
 
 
 def _named_or_spelled_out(value: Any) -> str:
@@ -134,18 +143,26 @@ class Scenario(Shown, Config):
     # -- construction --
 
     @classmethod
-    def from_dict(cls, data: Mapping[str, Any], folder: Path | None = None) -> Scenario:
+    def from_dict(
+        cls, data: Mapping[str, Any], folder: Path | None = None, heights: HeightMap | None = None
+    ) -> Scenario:
         """The scenario in a mapping (as a YAML file holds it).
 
         Args:
             data: the mapping.
-            folder: where the file of a map lies; None if there can be none.
+            folder: where the file of a map lies; None if there can be none. A map of the library, by its
+                digest, need not lie there.
+            heights: of the map, in place of its file.
 
         Raises:
             InputError: the scenario breaks a rule, or names a map and has no folder.
         """
         scenario = validate(cls, data)
-        return scenario._on(scenario.ground.read(folder))
+        keys = scenario.ground.map
+        if heights is None and keys is not None and keys.digest is not None and not keys.lies_in(folder):
+            heights = _heights_of_the_library(keys.digest)
+        ground = scenario.ground
+        return scenario._on(ground.read(folder) if heights is None else ground.with_heights(heights))
 
     @classmethod
     def from_yaml(cls, path: str | Path) -> Scenario:

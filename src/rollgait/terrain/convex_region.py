@@ -21,6 +21,14 @@ EVERY: Final = -1
 BEHIND: Final = 1.0e-7
 """By so much what a line leaves out may reach over it, m: the line's direction comes from centimetres."""
 
+ROW: Final = 0.8
+"""Least cosine between the shortest way to a point and the direction across its row."""
+ROOM_KEPT: Final = 0.8
+"""Share of the room about the path that a cut along a row leaves at least, of what one across the shortest
+way leaves."""
+ROW_TRIED: Final = 16
+"""So many rows through a point are tried."""
+
 
 @dataclass(frozen=True, eq=False)
 class Obstacles:
@@ -43,6 +51,11 @@ class Obstacles:
     side: Array
     clearance: Array
     region: NDArray[np.intp]
+
+    def together(self, other: Obstacles) -> Obstacles:
+        """These and others."""
+        names = ("begin", "end", "side", "clearance", "region")
+        return Obstacles(*(np.concatenate([getattr(self, n), getattr(other, n)]) for n in names))
 
     def of(self, region: int) -> Obstacles:
         """Those that count for a region."""
@@ -75,6 +88,10 @@ class Obstacles:
         beyond = np.clip(self.side @ normal, 0.0, 1.0)  # 1: what is forbidden lies beyond the segment alone
         share = np.sqrt(1.0 - beyond**2)
         return np.asarray(np.minimum(self.begin @ normal, self.end @ normal) - share * self.clearance)
+
+    def is_point(self, k: int) -> bool:
+        """Whether one is a point."""
+        return bool((self.begin[k] == self.end[k]).all())
 
     def behind(self, normal: Array, offset: float) -> NDArray[np.bool_]:
         """Which forbid nothing on the near side of the line n · p = offset."""
@@ -159,19 +176,56 @@ def grow(
         if not left[k] or len(normals) >= sides - 4:
             continue
         # Across the shortest way; what is forbidden beyond an edge alone, also along that edge.
-        for normal in (way[k], around.side[k]):
-            offset = float(around.begins(normal)[k])
-            if normal.any() and (hull @ normal).max() <= offset + TOUCHING:
+        most = -1
+        for normal in (way[k], around.side[k], *_along_a_row(around, left, k, way[k])):
+            begins = around.begins(normal)
+            offset = float(begins[k])
+            room = offset - (hull @ normal).max()
+            if not normal.any() or room < -TOUCHING:
+                continue
+            behind = begins >= offset - BEHIND
+            if most < 0:
                 normals.append(normal)
                 offsets.append(offset)
-                left &= ~around.behind(normal, offset)
+                least = ROOM_KEPT * room
+            elif np.count_nonzero(left & behind) > most and room >= least:
+                normals[-1], offsets[-1] = normal, offset
+            else:
+                continue
+            most = int(np.count_nonzero(left & behind))
+            best = behind
+            if not around.is_point(k):
                 break
+        if most >= 0:
+            left &= ~best
     for k in np.flatnonzero(left):
         if _behind_any(around, window_A, window_b)[k]:
             continue
         if not _move_side(window_A, window_b, around, int(k), hull):
             return None
     return ConvexRegion(np.vstack([window_A, *normals]), np.append(window_b, offsets))
+
+
+def _along_a_row(around: Obstacles, left: NDArray[np.bool_], k: int, normal: Array) -> Array:
+    """Directions across lines through the point k and others of its row, (n, 2), near to a given one.
+
+    The points of an edge lie in a row: the line across the shortest way to one of them is hardly ever that of
+    the row, and would leave the others to cuts that slant.
+    """
+    if not around.is_point(k):
+        return np.zeros((0, 2))
+    over = left & (around.begins(normal) < around.begins(normal)[k] - BEHIND)
+    way = around.begin[over] - around.begin[k]
+    across = np.column_stack([-way[:, 1], way[:, 0]])
+    across *= np.sign(across @ normal)[:, None]
+    length = np.linalg.norm(across, axis=1)
+    across = across[length > TOUCHING] / length[length > TOUCHING, None]
+    turn = across @ np.array([-normal[1], normal[0]])
+    near = np.flatnonzero(across @ normal > ROW)
+    chosen = near[np.argsort(turn[near])]
+    if len(chosen) > ROW_TRIED:
+        chosen = chosen[np.linspace(0, len(chosen) - 1, ROW_TRIED).round().astype(int)]
+    return np.asarray(across[chosen])
 
 
 def _window_normals(heading: float) -> Array:

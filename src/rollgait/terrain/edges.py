@@ -94,10 +94,24 @@ def _planes_at(planes: Facets, points: Array) -> NDArray[np.intp]:
     return result
 
 
-def components(count: int, all_borders: Sequence[Border], standable: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """A number for each plane, equal where a wheel can roll between them; −1 where it cannot stand."""
+def components(
+    planes: Sequence[Facet],
+    all_borders: Sequence[Border],
+    standable: NDArray[np.bool_],
+    kinks_divide: bool = False,
+) -> NDArray[np.intp]:
+    """A number for each plane, equal where a wheel can roll between them; −1 where it cannot stand.
+
+    With `kinks_divide` only what lies in one plane has one number.
+    """
+    count = len(planes)
     joined = [
-        (b.own, b.other) for b in all_borders if b.continuous and standable[b.own] and standable[b.other]
+        (b.own, b.other)
+        for b in all_borders
+        if b.continuous
+        and standable[b.own]
+        and standable[b.other]
+        and not (kinks_divide and not planes[b.own].coplanar(planes[b.other]))
     ]
     rows, columns = np.array(joined, dtype=int).reshape(-1, 2).T
     graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(count, count))
@@ -110,6 +124,7 @@ def hard_edges(
     all_borders: Sequence[Border],
     region: NDArray[np.intp],
     radius: float,
+    kinks: bool = False,
 ) -> Obstacles:
     """The borders that a wheel that stands beside them may not come near.
 
@@ -121,12 +136,15 @@ def hard_edges(
         all_borders: of its planes.
         region: of each plane, from `components`.
         radius: of the wheel, m.
+        kinks: whether in place of these the borders are meant where the ground only bends, between regions.
     """
     standable = region >= 0
     pieces = [
         piece
         for border in all_borders
-        if standable[border.own] and not (border.continuous and standable[border.other])
+        if standable[border.own]
+        and (border.continuous and standable[border.other]) == kinks
+        and not (kinks and region[border.own] == region[border.other])
         for piece in _level_pieces(border)
     ]
     if not pieces:

@@ -84,6 +84,10 @@ class MapKeys(Config):
         self.check_digest(heights)
         return heights
 
+    def lies_in(self, folder: Path | None) -> bool:
+        """Whether its file is in a folder."""
+        return folder is not None and self.file is not None and (folder / self.file).exists()
+
     def check_digest(self, heights: HeightMap) -> None:
         """Raises `InputError` unless these are the heights that are meant."""
         if self.digest is not None and self.digest != heights.digest:

@@ -19,6 +19,8 @@ RESOLUTION_MIN: Final = 1.0e-3
 """Finest map, m: no sensor measures ground more finely, and a smaller number is a wrong unit."""
 STEEPNESS_MAX: Final = 2.0
 """Largest span of heights over the longer side of a map: more is a wrong unit (mm for m), not ground."""
+REST: Final = 0.15
+"""So wide may be what is left of a hole that was filled for the greater part, m."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +166,24 @@ class HeightMap:
             at_border = any(p.start == 0 or p.stop == n for p, n in zip(box, self.values.shape, strict=True))
             if max(sides) <= width * (1.0 + 1e-9) and not at_border:
                 fill[box] |= labels[box] == k
-        return self.with_values_at(fill, _relaxed(self.values, fill)[fill]) if fill.any() else self
+        return self.with_values_at(fill, relaxed(self.values, fill)[fill]) if fill.any() else self
+
+    def with_rests_filled(self, filled: NDArray[np.bool_]) -> HeightMap:
+        """A copy in which what a filling (mask) left of holes is filled, where it is at most `REST` across.
+
+        Single values that a sensor missed beside a large hole belong to it, and would stay as its rest.
+        """
+        from scipy import ndimage
+
+        unknown = np.isnan(self.values)
+        labels, _ = ndimage.label(unknown | filled, structure=np.ones((3, 3)))
+        rest = unknown & np.isin(labels, labels[filled])
+        whole = self.with_holes_filled(REST)
+        return self.with_values(np.where(rest, whole.values, self.values))
+
+    def with_values(self, values: Array) -> HeightMap:
+        """The same grid with other heights, (nx, ny), m."""
+        return HeightMap(values, self.resolution, self.origin, self.yaw)
 
     def with_values_at(self, where: NDArray[np.bool_], heights: ArrayLike) -> HeightMap:
         """A copy with other heights (m) at some nodes, given as a mask of the shape of `values`."""
@@ -207,7 +226,7 @@ def _share(a: Array, b: Array, z: Array) -> Array:
     return np.where(weight == 0.0, 0.0, weight * z)
 
 
-def _relaxed(values: Array, fill: NDArray[np.bool_]) -> Array:
+def relaxed(values: Array, fill: NDArray[np.bool_]) -> Array:
     """Values with the marked nodes at rest between their neighbours."""
     from scipy import ndimage
 

@@ -24,7 +24,7 @@ from rollgait.terrain.local_model import SIGMA, SIGMA_CELLS, LocalModel, fit, pa
 from rollgait.terrain.places import Places
 from rollgait.terrain.polygons import Array, nearest_on_segments
 from rollgait.terrain.terrain import Terrain
-from rollgait.terrain.wheel_surface import WheelSurface
+from rollgait.terrain.wheel_surface import WheelSurface, ball_touch
 
 FRICTION_SHARE: Final = 0.85
 """Steepest slope as a share of μ: what is left is for driving and for what was measured wrongly."""
@@ -35,6 +35,13 @@ LIFT_MAX: Final = 5.0e-3
 
 Window = tuple[tuple[float, float], tuple[float, float]]
 """Smallest and largest (x, y) of a part of a map, m."""
+COARSER: Final = 0.25
+"""Of what a map is coarser than the grid, this part is kept from edges as well."""
+ROUNDING: Final = 1.0e-9
+"""m; a distance that is short by less is long enough."""
+HALVINGS: Final = 6
+"""How often the place between two nodes at which a wheel begins to touch something is halved: to 0.2 mm."""
+
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
@@ -45,10 +52,12 @@ class Regions(ABC):
     Attributes:
         surface: of the lowest point of its rim.
         margin: distance from edges, m.
+        rolls: whether the foot does; else a kink divides planes, so that each foothold lies in one of them.
     """
 
     surface: WheelSurface
     margin: float = MARGIN
+    rolls: bool = True
 
     @property
     def terrain(self) -> Terrain:
@@ -157,7 +166,8 @@ class PlanarRegions(Regions):
 
     @cached_property
     def obstacles(self) -> Obstacles:
-        return replace(self._edges, clearance=self._edges.clearance + self.margin)
+        kept = replace(self._edges, clearance=self._edges.clearance + self.margin)
+        return kept if self.rolls else kept.together(self._kinks)
 
     @property
     def sigma(self) -> float:
@@ -189,11 +199,15 @@ class PlanarRegions(Regions):
 
     @cached_property
     def _components(self) -> NDArray[np.intp]:
-        return components(len(self.terrain.planes), self._borders, self._standable)
+        return components(self.terrain.planes, self._borders, self._standable, kinks_divide=not self.rolls)
 
     @cached_property
     def _edges(self) -> Obstacles:
         return hard_edges(self.terrain, self._borders, self._components, self.surface.radius)
+
+    @cached_property
+    def _kinks(self) -> Obstacles:
+        return hard_edges(self.terrain, self._borders, self._components, self.surface.radius, kinks=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,11 +215,11 @@ class RasterRegions(Regions):
     """Regions of ground with a map: cells of the grid on which the map was dilated."""
 
     def label(self, points: Array) -> NDArray[np.intp]:
-        """As cells say, and as far from obstacles as `grow` asks: a point is not the middle of its cell."""
-        labels = self._lookup(self._labels, points, -1)
+        """As the cells around say, and as far from obstacles as `grow` asks."""
+        labels = self._around(self._labels, points)
         if self._rim is not None:
             free = np.flatnonzero(labels >= 0)
-            labels[free[self._rim.query(points[free])[0] < self._kept]] = -1
+            labels[free[self._rim.query(points[free])[0] < self._kept - ROUNDING]] = -1
         return labels
 
     def rollable(self, points: Array) -> NDArray[np.bool_]:
@@ -219,11 +233,8 @@ class RasterRegions(Regions):
 
     @cached_property
     def obstacles(self) -> Obstacles:
-        """The cells at the rim of what is not rollable; beyond the map lies what is not known."""
-        padded = np.pad(self._rollable, 1)
-        rim = ~padded & ndimage.binary_dilation(padded, structure=np.ones((3, 3)))
-        cells = np.argwhere(rim).astype(np.float64) - 1.0
-        places = self._grid.to_world(self._grid.resolution * cells)
+        """Where what is rollable ends, between nodes; beyond the map lies what is not known."""
+        places = self._borders
         both = np.zeros_like(places)
         every = np.full(len(places), EVERY, dtype=np.intp)
         return Obstacles(places, places, both, np.full(len(places), self._kept), every)
@@ -251,8 +262,13 @@ class RasterRegions(Regions):
 
     @property
     def _kept(self) -> float:
-        """Distance from cells that are not rollable, m: an edge may lie anywhere in the cell beside them."""
-        return self.margin + self._grid.resolution
+        """Distance from borders, m: an edge taken for the middle of its cell may be anywhere in it.
+
+        Between the values of a map that is coarser than the grid a riser is a slope, whose foot says less.
+        """
+        raster = self.terrain.map
+        coarser = 0.0 if raster is None else raster.resolution - self._grid.resolution
+        return self.margin + 0.5 * self._grid.resolution + COARSER * coarser
 
     @property
     def _grid(self) -> HeightMap:
@@ -263,6 +279,61 @@ class RasterRegions(Regions):
     def _cells(self, points: Array) -> NDArray[np.intp]:
         place = np.round(self._grid.to_local(points) / self._grid.resolution)
         return place.astype(np.intp)
+
+    @cached_property
+    def _across(self) -> dict[tuple[int, int], Array]:
+        """Of each node beside a jump, the neighbour beyond the largest one."""
+        cells = np.argwhere(self._jumps)
+        around = cells[:, None] + np.array([(1, 0), (-1, 0), (0, 1), (0, -1)])
+        inside = np.clip(around, 0, np.array(self._raw.shape) - 1)
+        jump = np.abs(self._raw[inside[..., 0], inside[..., 1]] - self._raw[tuple(cells.T)][:, None])
+        best = inside[np.arange(len(cells)), np.nan_to_num(jump).argmax(axis=1)]
+        return {(int(i), int(j)): far for (i, j), far in zip(cells, best, strict=True)}
+
+    @property
+    def _as_fine_as_the_map(self) -> bool:
+        raster = self.terrain.map
+        return raster is not None and raster.resolution < self._grid.resolution * 1.01
+
+    def _touching(self, inner: Array, outer: Array) -> Array:
+        """From which part (n,) of the way between nodes (n, 2) on a wheel touches what it cannot roll over.
+
+        Half of it where it does at neither end, or at both: then the outer node is bad for another reason.
+        """
+        raw, radius = self.surface.raw_grid, self.surface.radius
+        half = np.full(len(inner), 0.5)
+        if raw is None or radius == 0.0 or not len(inner):
+            return half
+
+        def touches(share: Array, which: NDArray[np.intp]) -> NDArray[np.bool_]:
+            places = raw.to_world(
+                raw.resolution * (inner[which] + share[:, None] * (outer[which] - inner[which]))
+            )
+            height, away = ball_touch(raw, radius, places)
+            steepest = FRICTION_SHARE * self.terrain.friction_at(*places.T)
+            far = radius * steepest / np.sqrt(1.0 + steepest**2) + raw.resolution
+            return np.asarray((height - raw.height(places) > _lift_max(radius, steepest)) | (away > far))
+
+        all_of_them = np.arange(len(inner))
+        begins = ~touches(np.zeros(len(inner)), all_of_them) & touches(np.ones(len(inner)), all_of_them)
+        which = np.flatnonzero(begins)
+        low, high = np.zeros(len(which)), np.ones(len(which))
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            bad = touches(middle, which)
+            low, high = np.where(bad, low, middle), np.where(bad, middle, high)
+        half[which] = low
+        return half
+
+    def _around(self, labels: NDArray[np.intp], points: Array) -> NDArray[np.intp]:
+        """The largest label of the four nodes around each point, −1 off the map."""
+        place = self._grid.to_local(np.nan_to_num(points, nan=1e9, posinf=1e9, neginf=-1e9))
+        first = np.floor(place / self._grid.resolution + ROUNDING).astype(np.intp)
+        padded = np.pad(labels, 1, constant_values=-1)
+        inside = np.asarray(((first >= -1) & (first < labels.shape)).all(axis=1))
+        i, j = np.where(inside[:, None], first + 1, 0).T
+        four = np.max([padded[i + a, j + b] for a in (0, 1) for b in (0, 1)], axis=0)
+        return np.where(inside, four, -1)
 
     def _lookup(self, values: NDArray[Scalar], points: Array, outside: int) -> NDArray[Scalar]:
         cells = self._cells(np.nan_to_num(points, nan=1e9, posinf=1e9, neginf=-1e9))
@@ -278,18 +349,64 @@ class RasterRegions(Regions):
         On a slope a wheel stands R (√(1 + g²) − 1) over the ground below its lowest point. What it stands
         higher comes from something else that it touches: the edge of a step, the far side of a gap.
         """
-        grid, shape = self._grid, self._grid.values.shape
-        nodes = grid.nodes().reshape(-1, 2)
-        raw = self.terrain.height(*nodes.T).reshape(shape)
-        total = self.surface.touch(nodes).height.reshape(shape)
-        steepness = _steepness(total, grid.resolution)
-        mu = self.terrain.friction_at(*nodes.T).reshape(shape)
+        grid, raw, total, mu = self._grid, self._raw, self._total, self._friction
+        lifted = total - raw > _lift_max(self.surface.radius, FRICTION_SHARE * mu)
+        steepness = _steepness(np.where(lifted, np.nan, total), grid.resolution)
         lift = total - raw - self.surface.radius * (np.sqrt(1.0 + steepness**2) - 1.0)
         with np.errstate(invalid="ignore"):
-            good = (steepness <= FRICTION_SHARE * mu) & (lift <= LIFT_MAX)
-            jumps = _steepness(raw, grid.resolution, largest=True)
-            good &= ~(jumps * grid.resolution > LIFT_MAX + FRICTION_SHARE * mu * grid.resolution)
-        return np.asarray(good)
+            good = (steepness <= FRICTION_SHARE * mu) & (lift <= LIFT_MAX) & ~lifted
+        return np.asarray(good & ~self._jumps)
+
+    @cached_property
+    def _raw(self) -> Array:
+        """Heights of the ground at the nodes, m."""
+        return self.terrain.height(*self._nodes.T).reshape(self._grid.values.shape)
+
+    @cached_property
+    def _total(self) -> Array:
+        """Heights of the wheel's surface at the nodes, parts on the map included, m."""
+        return self.surface.touch(self._nodes).height.reshape(self._grid.values.shape)
+
+    @cached_property
+    def _friction(self) -> Array:
+        return self.terrain.friction_at(*self._nodes.T).reshape(self._grid.values.shape)
+
+    @property
+    def _nodes(self) -> Array:
+        return self._grid.nodes().reshape(-1, 2)
+
+    @cached_property
+    def _jumps(self) -> NDArray[np.bool_]:
+        """Nodes beside which the ground rises or falls by more than any slope that can be stood on."""
+        resolution = self._grid.resolution
+        with np.errstate(invalid="ignore"):
+            rise = _steepness(self._raw, resolution, largest=True) * resolution
+            return np.asarray(rise > LIFT_MAX + FRICTION_SHARE * self._friction * resolution)
+
+    @cached_property
+    def _borders(self) -> Array:
+        """Places between a rollable node and one beside it that is not, where what is rollable ends, (n, 2).
+
+        A jump ends it in the middle of the jump, where the map has no coarser values than the grid: else the
+        jump is a slope that begins at once. The touch of a wheel with something beyond ends it where that
+        begins; what else there is, as a slope, half way to the node.
+        """
+        good = np.pad(self._rollable, 1)
+        pairs = []
+        for step in ((1, 0), (-1, 0), (0, 1), (0, -1)):
+            beside = np.roll(good, (-step[0], -step[1]), axis=(0, 1))
+            first = np.argwhere(good & ~beside) - 1
+            pairs.append(np.column_stack([first, first + step]))
+        cells = np.concatenate(pairs)
+        inner, outer = cells[:, :2], cells[:, 2:]
+        share = self._touching(inner.astype(np.float64), outer.astype(np.float64))
+        places = inner + share[:, None] * (outer - inner)
+        inside = ((outer >= 0) & (outer < self._rollable.shape)).all(axis=1)
+        for k in np.flatnonzero(inside) if self._as_fine_as_the_map else ():
+            across = self._across.get(tuple(outer[k]))
+            if across is not None and share[k] == 0.5:
+                places[k] = 0.5 * (outer[k] + across)
+        return self._grid.to_world(self._grid.resolution * np.unique(np.round(places, 6), axis=0))
 
     @cached_property
     def _inside(self) -> NDArray[np.bool_]:
@@ -301,7 +418,11 @@ class RasterRegions(Regions):
         """Components of what keeps the margin; beyond the border of the map lies what is not known."""
         padded = np.pad(self._rollable, 1)
         distance = self._grid.resolution * ndimage.distance_transform_edt(padded)[1:-1, 1:-1]
-        kept = distance >= self._kept
+        kept = distance > 0.0
+        if self._rim is not None:  # those near borders are looked at one by one
+            near = np.argwhere(kept & (distance < self._kept + self._grid.resolution))
+            places = self._grid.to_world(self._grid.resolution * near.astype(np.float64))
+            kept[tuple(near.T)] = self._rim.query(places)[0] >= self._kept - ROUNDING
         labels, _ = ndimage.label(kept, structure=np.ones((3, 3)))
         return np.asarray(labels - 1, dtype=np.intp)
 
@@ -311,6 +432,7 @@ def regions_of(
     radius: float,
     margin: float = MARGIN,
     window: Window | None = None,
+    rolls: bool = True,
 ) -> Regions:
     """The regions of a wheel, or of a point foot, on some ground.
 
@@ -319,12 +441,20 @@ def regions_of(
         radius: of the wheel, or of the ball of a point foot, m.
         margin: distance from edges, m.
         window: smallest and largest (x, y) of the part of a map that is needed, m.
+        rolls: whether the foot does. One that does not has each foothold in one plane.
     """
     surface = WheelSurface(terrain, radius, window)
-    return PlanarRegions(surface, margin) if surface.grid is None else RasterRegions(surface, margin)
+    kind = PlanarRegions if surface.grid is None else RasterRegions
+    return kind(surface, margin, rolls)
 
 
-def regions_about(terrain: Terrain, radii: Sequence[float], places: Array, around: float) -> list[Regions]:
+def regions_about(
+    terrain: Terrain,
+    radii: Sequence[float],
+    places: Array,
+    around: float,
+    rolls: Sequence[bool] | None = None,
+) -> list[Regions]:
     """The regions of several feet about some places; the last ones are kept, for they are asked for again.
 
     Args:
@@ -332,15 +462,20 @@ def regions_about(terrain: Terrain, radii: Sequence[float], places: Array, aroun
         radii: of the feet, m.
         places: what must be seen, (n, 2), m.
         around: how far about them a map is looked at, m; planes are reckoned with as a whole.
+        rolls: which feet roll; all if None.
     """
     low, high = places.min(axis=0) - around, places.max(axis=0) + around
     window = (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
-    return [_kept_regions(terrain, radius, None if terrain.planar else window) for radius in radii]
+    seen = None if terrain.planar else window
+    return [
+        _kept_regions(terrain, radius, seen, roll)
+        for radius, roll in zip(radii, rolls or [True] * len(radii), strict=True)
+    ]
 
 
 @lru_cache(maxsize=8)
-def _kept_regions(terrain: Terrain, radius: float, window: Window | None) -> Regions:
-    return regions_of(terrain, radius, window=window)
+def _kept_regions(terrain: Terrain, radius: float, window: Window | None, rolls: bool) -> Regions:
+    return regions_of(terrain, radius, window=window, rolls=rolls)
 
 
 def arcs(labels: Sequence[int]) -> list[tuple[int, int, int]]:
@@ -388,8 +523,16 @@ def _crosses(ref: Array, points: Array, wall: Obstacles) -> NDArray[np.bool_]:
     return np.asarray(crossing.any(axis=1))
 
 
+def _lift_max(radius: float, steepest: Array) -> Array:
+    """So far a wheel stands at most over ground that it can roll on, m."""
+    return np.asarray(LIFT_MAX + radius * (np.sqrt(1.0 + steepest**2) - 1.0))
+
+
 def _steepness(heights: Array, resolution: float, largest: bool = False) -> Array:
-    """Rise over run at each node, by central differences; or the largest to any of its four neighbours."""
+    """Rise over run at each node, by central differences; or the largest to any of its four neighbours.
+
+    Where one neighbour is not known, the other one alone counts.
+    """
     padded = np.pad(heights, 1, mode="edge")
     forward_x = (padded[2:, 1:-1] - heights) / resolution
     backward_x = (heights - padded[:-2, 1:-1]) / resolution
@@ -397,4 +540,8 @@ def _steepness(heights: Array, resolution: float, largest: bool = False) -> Arra
     backward_y = (heights - padded[1:-1, :-2]) / resolution
     if largest:
         return np.asarray(np.abs([forward_x, backward_x, forward_y, backward_y]).max(axis=0))
-    return np.asarray(np.hypot(0.5 * (forward_x + backward_x), 0.5 * (forward_y + backward_y)))
+    both = []
+    for a, b in ((forward_x, backward_x), (forward_y, backward_y)):
+        a, b = np.where(np.isnan(a), b, a), np.where(np.isnan(b), a, b)
+        both.append(0.5 * (a + b))
+    return np.asarray(np.hypot(*both))

@@ -19,7 +19,7 @@ from rollgait.config import Config, Number, Positive, validate
 from rollgait.errors import InputError
 from rollgait.npz import Layout
 from rollgait.terrain.facet import Facet, Facets, square, visible
-from rollgait.terrain.height_map import MAX_CELLS, HeightMap
+from rollgait.terrain.height_map import MAX_CELLS, HeightMap, relaxed
 from rollgait.terrain.parts import BasePart, Part
 from rollgait.terrain.polygons import Array, convex_hull, distance_to_hull, plane_of
 
@@ -30,6 +30,8 @@ FRICTION_MAX: Final = 10.0
 FEET_MARGIN: Final = 0.2
 """So far beyond the hull of its feet a robot stands in the way of its own sensors, m."""
 
+STANDS_ON: Final = 0.05
+"""So far about the hull of its feet the ground is their plane, m: beyond it goes over into what is known."""
 RING: Final = 0.3
 """So much wider is the ring from which the ground under a robot is concluded, m."""
 
@@ -257,8 +259,10 @@ class Terrain:
     def filled_under(self, feet: ArrayLike) -> Terrain:
         """A copy that knows the ground under a robot, where its own sensors could not see it.
 
-        Unknown nodes of the map within `FEET_MARGIN` of the hull of the feet get the plane through the feet,
-        the best one if there are more than three.
+        Unknown nodes of the map within `STANDS_ON` of the hull of the feet get the plane through the feet,
+        the best one if there are more than three. From there to `FEET_MARGIN` what is missing goes over into
+        what is known around: the plane, with as much of the difference as neighbours have on average. What
+        is left of a hole then is filled if it is small.
 
         Args:
             feet: where the standing feet touch the ground, (n, 3) with n ≥ 1, m.
@@ -269,13 +273,17 @@ class Terrain:
         if self.map is None:
             return self
         nodes = self.map.nodes()
-        near = distance_to_hull(convex_hull(touch[:, :2]), nodes.reshape(-1, 2)) <= FEET_MARGIN
-        where = near.reshape(self.map.values.shape) & np.isnan(self.map.values)
+        away = distance_to_hull(convex_hull(touch[:, :2]), nodes.reshape(-1, 2)).reshape(nodes.shape[:2])
+        where = (away <= FEET_MARGIN) & np.isnan(self.map.values)
         if not where.any():
             return self
         centre, height, slope = plane_of(touch)
-        heights = height + (nodes[where] - centre) @ slope - self.level
-        return replace(self, map=self.map.with_values_at(where, heights))
+        plane = height + (nodes - centre) @ slope - self.level
+        under = where & (away <= STANDS_ON)
+        beside = where & ~under
+        above = np.where(under, 0.0, self.map.values - plane)
+        heights = plane + (relaxed(above, beside) if beside.any() else above)
+        return replace(self, map=self.map.with_values_at(where, heights[where]).with_rests_filled(where))
 
     def filled_around(self, feet: ArrayLike) -> Terrain:
         """`filled_under` where only the places of the feet are known: from the ground around them.

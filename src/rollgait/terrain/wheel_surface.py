@@ -31,6 +31,9 @@ CELL: Final = 0.01
 CELLS_PER_RADIUS: Final = 6
 """And the fewest cells in a radius: a small foot on a coarse grid would be a square."""
 
+BALLS: Final = 1000
+"""So many are laid on a map at a time: each looks at hundreds of nodes."""
+
 
 @dataclass(frozen=True)
 class Touch:
@@ -86,8 +89,8 @@ class WheelSurface:
         return Touch(height, centre - self.radius * best.normal, best.normal, best.plane, best.face)
 
     @cached_property
-    def grid(self) -> HeightMap | None:
-        """The map dilated by the wheel where no part lies over it, on a grid fine enough for its radius."""
+    def raw_grid(self) -> HeightMap | None:
+        """The map where no part lies over it, on a grid fine enough for the radius; None without a map."""
         raster = self.terrain.map
         if raster is None:
             return None
@@ -98,11 +101,18 @@ class WheelSurface:
         covered = np.zeros(len(nodes), dtype=bool)
         for _, index in self.terrain.seen.under(nodes):
             covered[index] = True
-        heights = np.where(covered.reshape(heights.shape), np.nan, heights)
-        values = _dilated(heights, self.radius / raster.resolution, raster.resolution)
-        if np.isnan(values).all():  # parts cover all of it
+        if covered.all():  # parts cover all of it
             return None
-        return HeightMap(values, raster.resolution, raster.origin, raster.yaw)
+        heights = np.where(covered.reshape(heights.shape), np.nan, heights)
+        return None if np.isnan(heights).all() else raster.with_values(heights)
+
+    @cached_property
+    def grid(self) -> HeightMap | None:
+        """The same dilated by the wheel."""
+        raw = self.raw_grid
+        if raw is None:
+            return None
+        return raw.with_values(_dilated(raw.values, self.radius / raw.resolution, raw.resolution))
 
     def _touch_map(self, best: _Best) -> None:
         grid = self.grid
@@ -191,6 +201,33 @@ def _touch_edge(
     height[index] = candidate[better]
     arm = np.column_stack([points[index] - contact[better], candidate[better] + radius - z[better]])
     normal[index] = arm / radius
+
+
+def ball_touch(raw: HeightMap, radius: float, points: Array) -> tuple[Array, Array]:
+    """How a ball with its lowest point over places (n, 2) of a map touches its nodes.
+
+    Exact for these nodes, where `WheelSurface.grid` is bilinear between places of the ball on the grid.
+
+    Returns:
+        z of its lowest point and how far from it, horizontally, the touched node is, (n,), m.
+    """
+    reach = math.ceil(radius / raw.resolution) + 1
+    steps = np.arange(-reach, reach + 1)
+    around = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
+    padded = np.pad(np.where(np.isnan(raw.values), -np.inf, raw.values), reach, constant_values=-np.inf)
+    height, away = np.empty((2, len(points)))
+    for k in range(0, len(points), BALLS):
+        place = raw.to_local(points[k : k + BALLS]) / raw.resolution
+        node = np.clip(np.round(place), 0, np.array(raw.values.shape) - 1).astype(np.intp)
+        near = node[:, None] + around
+        distance = raw.resolution * np.linalg.norm(near - place[:, None], axis=-1)
+        rim = np.sqrt(np.maximum(radius**2 - distance**2, 0.0)) - radius
+        z = padded[near[..., 0] + reach, near[..., 1] + reach]
+        lowest = np.where(distance <= radius, z + rim, -np.inf)
+        best = lowest.argmax(axis=1)[:, None]
+        height[k : k + BALLS] = np.take_along_axis(lowest, best, axis=1)[:, 0]
+        away[k : k + BALLS] = np.take_along_axis(distance, best, axis=1)[:, 0]
+    return height, away
 
 
 def _cut(

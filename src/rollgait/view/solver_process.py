@@ -9,12 +9,15 @@ import sys
 from pathlib import Path
 from typing import Any, Final, TextIO
 
+import numpy as np
+
 import rollgait
 from rollgait.config import parse_yaml
 from rollgait.diagnosis.report import Diagnosis
 from rollgait.errors import NotSolvedError, RollgaitError
 from rollgait.plan.plan import Plan
 from rollgait.scenario.scenario import Scenario
+from rollgait.terrain.height_map import HeightMap
 
 GOAL_ROWS: Final = ("goal_distance", "goal_yaw")
 """Rows of the certificate that fail when a plan does not get to its goal."""
@@ -45,7 +48,11 @@ def _plan(task: dict[str, Any], answers: TextIO) -> dict[str, Any]:
         _answer(answers, {"stage": stage, **numbers})
 
     out = Path(task["out"])
-    scenario = Scenario.from_dict(parse_yaml(task["scenario"], "the scenario of the page"))
+    data, heights = parse_yaml(task["scenario"], "the scenario of the page"), None
+    if "map" in task:
+        place = dict(task["map"])
+        heights = HeightMap(np.load(place.pop("heights")), **place)
+    scenario = Scenario.from_dict(data, heights=heights)
     try:
         found = plan(scenario, progress=progress)
     except NotSolvedError as error:

@@ -15,7 +15,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import IO, Any
 
+import numpy as np
+
 from rollgait.diagnosis.report import Diagnosis, Reason, Suggestion
+from rollgait.scenario.scenario import Scenario
 
 
 @dataclass(frozen=True)
@@ -66,9 +69,15 @@ class Solving:
         """Whether a task runs."""
         return self._busy
 
-    def plan(self, scenario_yaml: str) -> bool:
-        """Plans a scenario; False if another task runs."""
-        return self._start({"task": "plan", "scenario": scenario_yaml})
+    def plan(self, scenario: Scenario) -> bool:
+        """Plans a scenario; False if another task runs. The heights of its map go with it as a file."""
+        task: dict[str, Any] = {"task": "plan", "scenario": scenario.to_yaml()}
+        heights = scenario.ground.heights
+        if heights is not None:
+            file = self.new_file(".npy")
+            np.save(file, heights.values)
+            task["map"] = {"heights": str(file), **heights.place()}
+        return self._start(task)
 
     def track(self, plan: Path) -> bool:
         """Finds the joints of a plan in a file; False if another task runs."""

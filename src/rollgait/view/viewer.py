@@ -223,7 +223,7 @@ class Viewer:
         except RollgaitError as error:
             self.panel.done(str(error), good=False)
             return
-        if self.planning.plan(scenario.to_yaml()):
+        if self.planning.plan(scenario):
             self.panel.busy(scenario)
         else:
             self._again = True  # as soon as the task before is done
