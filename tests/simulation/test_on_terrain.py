@@ -16,13 +16,13 @@ import rollgait as rg
 from rollgait.plant.control import Control
 from rollgait.plant.stance import standing_control, standing_state
 from rollgait.plant.state import RobotState
+from rollgait.plant.unplanned import UnplannedContact
 from rollgait.robot.robot import GRAVITY
 from rollgait.robot.urdf import import_robot
 from rollgait.robot.whole_body import WholeBody, library_whole_body, load_whole_body
 from rollgait.simulation import SimulationLog
 from rollgait.simulation.measure import ground_under
 from rollgait.simulation.plant import MujocoPlant
-from rollgait.simulation.record import UnplannedContact
 from rollgait.simulation.world import build_world
 from rollgait.terrain import Terrain, WheelSurface
 from tests.hostile import motions

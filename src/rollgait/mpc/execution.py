@@ -21,7 +21,7 @@ from rollgait.plan.samples import Samples
 from rollgait.robot.robot import LEG_NAMES
 
 if TYPE_CHECKING:
-    from rollgait.simulation.record import UnplannedContact
+    from rollgait.plant.unplanned import UnplannedContact
 
 Array = NDArray[np.float64]
 

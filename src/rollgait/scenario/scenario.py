@@ -20,6 +20,7 @@ from rollgait.presented import Shown
 from rollgait.robot.library import find_robot
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.gait import GAIT_KINDS, GAITS, BaseGait, Discover, Drive, Gait
+from rollgait.scenario.library_maps import heights_of_the_library
 from rollgait.scenario.profile import (
     CLEARANCE,
     CLEARANCE_OF_HEIGHT,
@@ -36,14 +37,6 @@ from rollgait.terrain.terrain import Terrain
 
 LONGEST: Final = 120.0
 """s: the horizon of a gait that is to be found, where none is given; a longer motion is several."""
-
-
-def _heights_of_the_library(digest: str) -> HeightMap | None:
-    """The map of a scenario that comes with the package, if one has this digest."""
-    from rollgait.scenario.library import find_scenario, scenario_names
-
-    found = (find_scenario(name).ground.heights for name in scenario_names())
-    return next((heights for heights in found if heights is not None and heights.digest == digest), None)
 
 
 def _named_or_spelled_out(value: Any) -> str:
@@ -160,7 +153,7 @@ class Scenario(Shown, Config):
         scenario = validate(cls, data)
         keys = scenario.ground.map
         if heights is None and keys is not None and keys.digest is not None and not keys.lies_in(folder):
-            heights = _heights_of_the_library(keys.digest)
+            heights = heights_of_the_library(keys.digest)
         ground = scenario.ground
         return scenario._on(ground.read(folder) if heights is None else ground.with_heights(heights))
 

@@ -16,9 +16,10 @@ from rollgait.config import Flag, Line, NonNegative, Number
 from rollgait.errors import MISSING, InputError
 from rollgait.npz import Layout
 from rollgait.plant.disturbances import Disturbances
+from rollgait.plant.unplanned import UnplannedContact
 from rollgait.robot.robot import Robot
 from rollgait.series import check_numbers, check_quaternions, check_times
-from rollgait.simulation.record import SimulationRecord, UnplannedContact
+from rollgait.simulation.record import SimulationRecord
 from rollgait.simulation.report import SimulationReport, judge
 from rollgait.terrain.terrain import Terrain, TerrainHeader, terrain_layout
 

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.plant.disturbances import Disturbances
+from rollgait.plant.unplanned import UnplannedContact
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.robot.whole_body import WholeBody
 from rollgait.simulation.controller import Controller, Gains, JointReference
 from rollgait.simulation.measure import contacts_of, ground_under, has_fallen
-from rollgait.simulation.record import UnplannedContact
 from rollgait.simulation.world import TIME_STEP, build_world
 from rollgait.terrain.terrain import Terrain
 

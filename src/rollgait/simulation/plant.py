@@ -13,6 +13,7 @@ from rollgait.plant.control import Control
 from rollgait.plant.disturbances import Disturbances
 from rollgait.plant.stance import standing_control
 from rollgait.plant.state import RobotState
+from rollgait.plant.unplanned import UnplannedContact
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.robot.urdf_model import BASE_V
 from rollgait.robot.whole_body import WholeBody
@@ -20,7 +21,6 @@ from rollgait.simulation.controller import Gains, JointReference, MovingAverage
 from rollgait.simulation.drives import gains_of
 from rollgait.simulation.measure import StateReader, axles_to_the_left
 from rollgait.simulation.physics import Load, Physics, Pose
-from rollgait.simulation.record import UnplannedContact
 from rollgait.simulation.world import TIME_STEP
 from rollgait.terrain.terrain import Terrain
 from rollgait.tracking.follower import Follower, JointTarget

@@ -7,23 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.config import Config, Line, NonNegative, Number
 from rollgait.plant.disturbances import Disturbances
+from rollgait.plant.unplanned import UnplannedContact
 from rollgait.robot.robot import Robot
 from rollgait.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
-
-
-class UnplannedContact(Config):
-    """Something other than a foot has touched the ground."""
-
-    link: Line
-    """The link that did."""
-    time: Number
-    """When it did first, s."""
-    force: NonNegative
-    """Largest force on it, N."""
 
 
 @dataclass(frozen=True)

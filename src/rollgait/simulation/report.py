@@ -8,8 +8,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.plant.unplanned import UnplannedContact
 from rollgait.robot.robot import LEG_NAMES
-from rollgait.simulation.record import SimulationRecord, UnplannedContact
+from rollgait.simulation.record import SimulationRecord
 
 Array = NDArray[np.float64]
 
