@@ -63,7 +63,8 @@ class Carried:
         nominal: places of the feet in the plane, (n, 4, 2), m.
         sideways: how far the nominal place of each foot has come across the heading of its wheel, (n, 4), m.
         robot: whose feet they are.
-        box: half-sizes of where feet are used, (2,), m.
+        box: how far feet are used behind and to the right of their nominal places, and before and to the left
+            of them, (4, 2, 2), m.
     """
 
     base: Array
@@ -101,8 +102,8 @@ class Carried:
         middle, moved = 0.5 * (heading[1:] + heading[:-1]), np.diff(nominal, axis=0)
         across = moved[..., 1] * np.cos(middle) - moved[..., 0] * np.sin(middle)
         sideways = np.vstack([np.zeros(FEET), np.cumsum(across, axis=0)])
-        box = np.array(scenario.value_of("bounds", "box") or robot.box)[:2]
-        used = np.minimum(REACH * box, REACH_OF_HEIGHT * robot.height)
+        box = np.abs(robot.foot_boxes(scenario.bounds.box)[..., :2])
+        used = np.clip(REACH * box, NOTHING, REACH_OF_HEIGHT * robot.height)
         return cls(base, np.array(reached), np.array(goal_times(scenario)), nominal, sideways, robot, used)
 
     @property
@@ -146,20 +147,22 @@ class Carried:
 
     def utility(self, leg: int, nominal_at: int | slice, at: int | slice) -> Array:
         """1 where a foot is nominal, 0 at the border of what it uses of its box, less beyond, (n,)."""
-        return np.asarray(1.0 - np.linalg.norm(self.offsets(leg, nominal_at, at) / self.box, axis=-1))
+        offsets = self.offsets(leg, nominal_at, at)
+        return np.asarray(1.0 - np.linalg.norm(offsets / np.where(offsets < 0.0, *self.box[leg]), axis=-1))
 
     @property
     def effort(self) -> float:
         """How many times all feet together would cross half of their boxes."""
         result = 0.0
         for leg, data in enumerate(self.robot.leg_list):
+            box = self.box[leg].mean(axis=0)
             if data.foot == "fixed":
-                across = np.array([np.sin(data.heading), np.cos(data.heading)]) / self.box
+                across = np.array([np.sin(data.heading), np.cos(data.heading)]) / box
                 result += np.linalg.norm(across) * np.abs(np.diff(self.sideways[:, leg])).sum()
             elif data.foot == "point":
                 x, y = np.diff(self.nominal[:, leg], axis=0).T
                 c, s = np.cos(self.base[1:, 2]), np.sin(self.base[1:, 2])
-                result += np.hypot((c * x + s * y) / self.box[0], (c * y - s * x) / self.box[1]).sum()
+                result += np.hypot((c * x + s * y) / box[0], (c * y - s * x) / box[1]).sum()
         return float(result)
 
 
