@@ -225,7 +225,7 @@ class Planner:
         effort: Effort,
     ) -> Plan:
         """The plan of a solution: mended, then from other starts, while its certificate does not pass."""
-        begin, tried = time.perf_counter(), list[Plan]()
+        begin, tried = self.clock(), list[Plan]()
         ready = settled.ready
         plan: Plan | None = _as_plan(settled, attempts, self._method)
         while plan is not None:
@@ -234,7 +234,7 @@ class Planner:
                 with watch("certify"):
                     passed = plan.certificate().passed
                     schedule = None if passed else finer(plan)
-                if passed or schedule is None or time.perf_counter() - begin > effort.patience:
+                if passed or schedule is None or self.clock() - begin > effort.patience:
                     break
                 mended = self._mended(
                     ready.problem, plan, schedule, watch, saying("mending", progress), effort
@@ -242,7 +242,7 @@ class Planner:
                 if mended is None:
                     break
                 plan = mended
-            if passed or time.perf_counter() - begin > effort.patience:
+            if passed or self.clock() - begin > effort.patience:
                 break
             another = attempts.run_another(guesses)
             if another is not None:
