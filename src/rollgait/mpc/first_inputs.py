@@ -48,7 +48,6 @@ def first_inputs(
     motion = u[layout.inputs["motion"]].reshape(4, 2).copy()
     if wanted is not None:
         force, motion = force + contact[:, None] * wanted.lead[0], motion + wanted.lead[1]
-        motion[~wanted.goes_on] = 0.0
     locked = contact & (clock.locked(now) | ~fill.rolls)
     motion[locked] = 0.0
     motion[contact & ~fill.steers, 1] = 0.0  # no wheel slips sideways
@@ -58,5 +57,7 @@ def first_inputs(
     speed, rate = fill.speed_limit, fill.second_limit
     motion[:, 0] = np.where(locked, 0.0, np.clip(before + change, -speed, speed))
     motion[:, 1] = np.clip(motion[:, 1], -rate, rate)
+    if wanted is not None:
+        motion[~wanted.goes_on] = 0.0
     # an iterate may violate what no robot shall be asked for; the pyramid reaches √2 beyond the cone
     return within_cone(force, np.sqrt(2.0) * bounds.friction, normals), motion
