@@ -101,6 +101,16 @@ def test_where_the_search_is_cut_the_sentence_says_so() -> None:
         discover(world([STEP], {"x": 2.2}, gait=few), fails)
 
 
+def test_gaits_that_the_mesh_cannot_hold_are_tried_and_told() -> None:
+    def unused(scenario: rg.Scenario, task: str, until: float) -> rg.Plan:
+        raise AssertionError(task)
+
+    with pytest.raises(
+        NotSolvedError, match=r"gaits were tried; the first one \(as it comes\): gait\.FL: .* 2 intervals"
+    ):
+        discover(world([STEP], {"x": 2.2}, gait=PATIENT, interval=0.9), unused)
+
+
 def test_a_problem_of_a_gait_yet_to_be_found_is_refused() -> None:
     with pytest.raises(InputError, match=r"^gait: 'discover' must be found first"):
         make_problem(world())
