@@ -137,4 +137,5 @@ def test_the_horizon_is_free_where_nobody_gives_it() -> None:
     ) == world(goal={"x": 1.0})
     given = rg.Scenario.from_dict({"robot": "centauro", "goal": {"x": 1.0}, "horizon": 8.0})
     assert given.with_values({"gait": "discover"}).horizon == 8.0
+    assert given.with_values({"horizon": 120.0}).with_values({"goal.x": 0.5}).horizon == 120.0
     assert rg.Scenario.from_dict(free.to_dict()) == free
