@@ -101,6 +101,16 @@ def test_where_the_search_is_cut_the_sentence_says_so() -> None:
         discover(world([STEP], {"x": 2.2}, gait=few), fails)
 
 
+def test_gaits_that_the_mesh_cannot_hold_are_tried_and_told() -> None:
+    def unused(scenario: rg.Scenario, task: str, until: float) -> rg.Plan:
+        raise AssertionError(task)
+
+    with pytest.raises(
+        NotSolvedError, match=r"gaits were tried; the first one \(as it comes\): gait\.FL: .* 2 intervals"
+    ):
+        discover(world([STEP], {"x": 2.2}, gait=PATIENT, interval=0.9), unused)
+
+
 def test_a_problem_of_a_gait_yet_to_be_found_is_refused() -> None:
     with pytest.raises(InputError, match=r"^gait: 'discover' must be found first"):
         make_problem(world())
@@ -127,4 +137,5 @@ def test_the_horizon_is_free_where_nobody_gives_it() -> None:
     ) == world(goal={"x": 1.0})
     given = rg.Scenario.from_dict({"robot": "centauro", "goal": {"x": 1.0}, "horizon": 8.0})
     assert given.with_values({"gait": "discover"}).horizon == 8.0
+    assert given.with_values({"horizon": 120.0}).with_values({"goal.x": 0.5}).horizon == 120.0
     assert rg.Scenario.from_dict(free.to_dict()) == free

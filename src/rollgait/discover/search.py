@@ -59,7 +59,11 @@ def discover(scenario: Scenario, plan_one: PlanOne) -> Plan:
         if results and time.perf_counter() >= until:
             is_cut = True
             break
-        asked = candidate.of(base)
+        try:
+            asked = candidate.of(base)
+        except InputError as error:  # e.g. a swing that is too short for the intervals
+            results.append(CandidateResult(candidate.name, candidate.score, 0.0, 0, _line(str(error))))
+            continue
         task = f"gait {number} of at most {most}, {candidate.name}"
         plan: Plan | None
         try:
@@ -122,18 +126,21 @@ def outcome_of(plan: Plan) -> str:
 def _result(candidate: Candidate, asked: Scenario, plan: Plan | None, outcome: str) -> CandidateResult:
     steps = sum(1 for _ in asked.schedule.swings())
     iterations = 0 if plan is None else plan.statistics.iterations
-    text = shortened("".join(c if c.isprintable() else " " for c in outcome), OUTCOME)
     poses = poses_of(asked)
     return CandidateResult(
         candidate.name,
         candidate.score,
         asked.horizon,
         steps,
-        text,
+        _line(outcome),
         iterations,
         way=tuple((round(float(x), DIGITS), round(float(y), DIGITS)) for x, y, _ in poses),
         footholds=() if plan is None or not plan.solved else _footholds(plan),
     )
+
+
+def _line(text: str) -> str:
+    return shortened("".join(c if c.isprintable() else " " for c in text), OUTCOME)
 
 
 def _footholds(plan: Plan) -> tuple[tuple[float, float], ...]:

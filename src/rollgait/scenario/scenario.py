@@ -194,7 +194,8 @@ class Scenario(Shown, Config):
     def with_values(self, values: Mapping[str, Any]) -> Scenario:
         """A copy with dotted keys set, e.g. `{"goal.x": 1.5, "robot.mass": 90.0}`. Raises `InputError`."""
         data = self.to_dict()
-        if "horizon" not in self.model_fields_set or data["horizon"] == LONGEST:
+        is_free = _discovers(self.gait) and self.horizon == LONGEST
+        if is_free or "horizon" not in self.model_fields_set:
             del data["horizon"]  # what nobody said follows from the gait
         for key, value in values.items():
             if key in ("gait", "gait.kind") and isinstance(value, str):
