@@ -124,9 +124,16 @@ class Planner:
             earlier = Plan.load(warm_start) if isinstance(warm_start, str | Path) else warm_start
         if asked.gait.kind == "discover":
             return self._discovered(asked, earlier, multistart, seed, watch, progress)
-        return self._planned(
+        found = None
+        if asked.gait.timing is not None and asked.gait.timing.optimize:
+            from rollgait.timing.optimise import find_timing  # here: most plans do without
+
+            found = find_timing(asked, self._method, self._terms, watch, seed, progress)
+            asked, earlier = found.scenario, found.motion
+        plan = self._planned(
             asked, earlier, multistart, seed, watch, progress, USUAL, budget if diagnose else None
         )
+        return plan if found is None else found.told_by(plan)
 
     def _discovered(
         self,
