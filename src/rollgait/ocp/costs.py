@@ -12,6 +12,7 @@ from rollgait.dynamics.step import POINTS
 from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Instant
 from rollgait.ocp.term import Cost, Data
+from rollgait.scenario.mesh import Mesh
 
 FORCE_INTERVAL_REF = 0.1
 """h_ref, s: the interval at which the force cost is the paper's Σ‖f_k − f_{k−1}‖² (formulation, Cost)."""
@@ -52,9 +53,17 @@ class ForceChange(Cost):
 
     name = "force"
 
+    def __init__(self, weight: float = 1.0, jumps_as_on: Mesh | None = None) -> None:
+        """With `jumps_as_on`, jumps where a contact changes cost what they do on that mesh, as finely cut."""
+        super().__init__(weight)
+        self.jumps_as_on = jumps_as_on
+
     def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         mesh = problem.schedule.mesh
         between = mesh.between_middles
+        if self.jumps_as_on is not None:
+            jumps = problem.schedule.changes
+            between = np.where(jumps, self.jumps_as_on.between_middles, between)
         # the square is taken over the time between the middles, the integral over the interval alone
         factor = FORCE_INTERVAL_REF / between * np.sqrt(between / mesh.lengths)
         factor[0] = 0.0

@@ -7,7 +7,8 @@ says of the length of an interval it must say by a symbol here, not by a number.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from copy import copy
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Final, Self
 
 import casadi as ca
@@ -18,11 +19,13 @@ from rollgait.ocp import costs, friction, limits
 from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.problem import Problem
-from rollgait.ocp.term import Data, Limits, Term
-from rollgait.scenario.schedule import ContactSchedule
+from rollgait.ocp.term import Cost, Data, Limits, Term
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+PRICE_REF: Final = 10.0
+"""1/s; a higher price of time than this scales the other costs down instead: solvers want moderate costs."""
 
 
 @dataclass(frozen=True)
@@ -60,22 +63,30 @@ class TimedProblem(Problem):
     """A problem whose phases last as long as is best. Its schedule is what the times are at first."""
 
     durations: Durations = field(kw_only=True)
+    cost_scale: float = field(default=1.0, kw_only=True)
+    """By which all weights are multiplied, and the price."""
 
     @classmethod
     def of(cls, problem: Problem, durations: Durations) -> Self:
         """A problem with other durations than its own: its terms read lengths as variables."""
         own = {f.name: getattr(problem, f.name) for f in fields(Problem)}
-        return cls(**own | {"terms": tuple(map(timed, problem.terms))}, durations=durations)
+        scale = min(1.0, PRICE_REF / max(durations.price, PRICE_REF))
+        terms = tuple(_scaled(timed(term), scale) for term in problem.terms)
+        durations = replace(durations, price=scale * durations.price)
+        return cls(**own | {"terms": terms}, durations=durations, cost_scale=scale)
 
     @property
     def beside_nodes(self) -> Array:
         return np.full(self.schedule.intervals, self.durations.spacing)
 
 
-def contact_changes(schedule: ContactSchedule) -> Mask:
-    """Before which intervals a foot lifts off or touches down, (N,)."""
-    contact = schedule.contact
-    return np.append(False, (contact[:, 1:] != contact[:, :-1]).any(axis=0))
+def _scaled(term: Term, scale: float) -> Term:
+    """A cost with a weight that is so many times its own."""
+    if not isinstance(term, Cost) or scale == 1.0:
+        return term
+    other = copy(term)
+    other.weight = scale * term.weight
+    return other
 
 
 def timed(term: Term) -> Term:
@@ -98,7 +109,7 @@ class TimedForceChange(costs.ForceChange):
     def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         counts = np.ones(problem.schedule.intervals)
         counts[0] = 0.0
-        jumps = contact_changes(problem.schedule).astype(float)
+        jumps = problem.schedule.changes.astype(float)
         return {"counts": counts[None, :], "jumps": jumps[None, :]}
 
     def residual(self, x: Instant, d: Data) -> ca.SX:

@@ -187,7 +187,7 @@ class Schedule(BaseGait):
     HR: Annotated[tuple[Swing, ...], AfterValidator(_checked_swings)] = ()
     """Swings of the hind right foot, s."""
     nodes: Annotated[tuple[NonNegative, ...], AfterValidator(_checked_nodes)] | None = None
-    """Times of the nodes, from 0 to the horizon, s; then `interval` counts for nothing. Default: equal ones."""
+    """Times of the nodes, from 0 to the horizon, s, in place of equal intervals. Default: equal ones."""
 
     def swings(self, horizon: float) -> Swings:
         return {"FL": self.FL, "FR": self.FR, "HL": self.HL, "HR": self.HR}

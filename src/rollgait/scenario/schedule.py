@@ -87,6 +87,12 @@ class ContactSchedule:
         c = self.contact
         return np.hstack([c[:, :1], c[:, :-1] | c[:, 1:], c[:, -1:]])
 
+    @property
+    def changes(self) -> NDArray[np.bool_]:
+        """Before which intervals a foot lifts off or touches down, shape (N,)."""
+        c = self.contact
+        return np.append(False, (c[:, 1:] != c[:, :-1]).any(axis=0))
+
     def swings(self) -> Iterator[SwingPhase]:
         """All swings, leg by leg in the order of time."""
         for leg in range(len(LEG_NAMES)):

@@ -35,9 +35,9 @@ class Timing(Config):
     stance_min: Positive = 0.1
     """Shortest time between two changes of contacts or goals that are not both ends of one swing, s."""
     effort: NonNegative = 1.0
-    """Weight of the effort of swings (`weights.effort`), where the scenario gives none: short ones cost more."""
+    """Weight of the effort of swings (`weights.effort`), if the scenario gives none: short ones cost more."""
     price: NonNegative | None = None
-    """Of each second, in units of the cost: the horizon is the longest then. `horizon: {max, price}` sets it."""
+    """What a second costs: the horizon is the longest one then. `horizon: {max, price}` sets it."""
 
 
 def with_price_in_gait(data: Mapping[str, Any]) -> dict[str, Any]:

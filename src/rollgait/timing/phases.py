@@ -9,13 +9,13 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.ocp.timed import Durations, contact_changes
+from rollgait.ocp.timed import Durations
+from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario.gait import Schedule, Swing
 from rollgait.scenario.mesh import Mesh
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
 from rollgait.scenario.timing import Timing
-from rollgait.robot.robot import LEG_NAMES
 
 Array = NDArray[np.float64]
 
@@ -23,10 +23,11 @@ SWING_INTERVALS: Final = 4
 """Of a phase in which a foot swings, while times are sought: an even number has a node in the middle."""
 STANCE_INTERVALS: Final = 4
 """The fewest of another phase."""
-LONGEST: Final = 0.3
+LONGEST: Final = 0.35
 """s; of an interval while times are sought: longer ones are no motion of the robot any more."""
-ROOM: Final = 3.0
-"""How many times its share of the horizon a phase without a swing can last at least."""
+ROOM, ROOM_PRICED = 2.5, 1.5
+"""How many times its share of the horizon a phase without a swing can last at least; the second where the
+horizon has a price."""
 SAME_TIME: Final = 1e-6
 """s; events that are less apart are one."""
 
@@ -49,7 +50,7 @@ class Phases:
     def of(cls, scenario: Scenario, schedule: ContactSchedule) -> Phases:
         """Those of a scenario whose contacts change as a schedule says."""
         times = schedule.node_times
-        changes = times[:-1][contact_changes(schedule)]
+        changes = times[:-1][schedule.changes]
         switches = np.array([later.at for later in scenario.goal.then if 0.0 < later.at < times[-1]])
         inner = np.sort(np.concatenate([changes, switches]))
         if inner.size:
@@ -90,10 +91,11 @@ class Phases:
         borders = np.concatenate([[0.0], np.cumsum(lengths)])
         return Phases(borders, self.contact, self.pinned)
 
-    def coarse(self) -> NDArray[np.intp]:
+    def coarse(self, timing: Timing) -> NDArray[np.intp]:
         """Intervals of each phase while times are sought, (P,): they depend on no time but the horizon."""
+        room = ROOM if timing.price is None else ROOM_PRICED
         all_of_it = self.borders[-1] / LONGEST
-        stance = max(STANCE_INTERVALS, math.ceil(min(ROOM / self.count, 1.0) * all_of_it))
+        stance = max(STANCE_INTERVALS, math.ceil(min(room / self.count, 1.0) * all_of_it))
         return np.where(self.swings, SWING_INTERVALS, stance)
 
     def fine(self, interval: float) -> NDArray[np.intp]:
@@ -102,13 +104,21 @@ class Phases:
         even = 2 * np.maximum(1, np.round(0.5 * self.lengths / interval)).astype(np.intp)
         return np.where(self.swings, even, counts)
 
-    def durations(self, timing: Timing, counts: NDArray[np.intp], interval: float, longest: float) -> Durations:
+    def durations(
+        self,
+        timing: Timing,
+        counts: NDArray[np.intp],
+        interval: float,
+        longest_interval: float,
+        longest: float,
+    ) -> Durations:
         """What limits the times, with so many intervals in each phase.
 
         Args:
             timing: limits of swings and of what is between them.
             counts: (P,).
             interval: of the mesh on which the motion is planned in the end, s.
+            longest_interval: while times are sought, s.
             longest: T, or the largest T if it has a price, s.
         """
         whole = self.whole_swings()
@@ -116,7 +126,7 @@ class Phases:
         longest_phase = np.full(self.count, np.inf)
         shortest[whole.any(axis=0)] = timing.swing[0]
         longest_phase[whole.any(axis=0)] = timing.swing[1]
-        length = np.stack([shortest, np.minimum(longest_phase, counts * LONGEST)]) / counts
+        length = np.stack([shortest, np.minimum(longest_phase, counts * longest_interval)]) / counts
         ends = np.cumsum(counts) - 1
         node_time = np.full((2, counts.sum()), [[-np.inf], [np.inf]])
         node_time[:, ends[self.pinned]] = self.borders[1:][self.pinned]
@@ -135,17 +145,20 @@ class Phases:
 
     def gait(self, scenario: Scenario, nodes: Array) -> Schedule:
         """The contacts as a gait whose times are given, on a mesh of these nodes (s)."""
-        swings: dict[str, tuple[Swing, ...]] = {}
-        for leg, name in enumerate(LEG_NAMES):
+        swings: list[tuple[Swing, ...]] = []
+        for leg in range(len(LEG_NAMES)):
             padded = np.concatenate([[True], self.contact[leg], [True]]).astype(int)
             edges = np.diff(padded)
             pairs = zip(np.flatnonzero(edges == -1), np.flatnonzero(edges == 1), strict=True)
-            swings[name] = tuple((float(self.borders[a]), float(self.borders[b])) for a, b in pairs)
+            swings.append(tuple((float(self.borders[a]), float(self.borders[b])) for a, b in pairs))
         own = scenario.gait
         return Schedule(
             wheels=own.wheels,
             clearance=own.clearance,
             clearance_over=own.clearance_over,
             nodes=tuple(map(float, nodes)),
-            **swings,
+            FL=swings[0],
+            FR=swings[1],
+            HL=swings[2],
+            HR=swings[3],
         )

@@ -311,6 +311,17 @@ class Nlp:
                 total[name] = total.get(name, 0.0) + float(value)
         return total
 
+    def values(self, w: Array) -> tuple[float, Array]:
+        """Cost and constraints at the free variables `w`."""
+        cost, g = 0.0, []
+        for block, order in zip(self.blocks, self._order, strict=True):
+            costs, rows = repeated(block.function.value, block.stage.count).call(
+                [self._local(block, w), block.stage.parameters]
+            )
+            cost += float(np.asarray(costs).sum())
+            g.append(np.asarray(rows).ravel(order="F")[order])
+        return cost, np.concatenate(g)
+
     def violations(self, g: Array, w: Array) -> Array:
         """By how much each constraint, then each bound, is violated (0 where it holds)."""
         return violations_of(self, g, w)
