@@ -1,6 +1,6 @@
 """Times of a gait as variables: found on a coarse mesh, then given to the problem that is planned and judged.
 
-At first each phase has few intervals, whatever its length is by the gait, so that the same times come out
+At first each phase has few intervals, whatever its length by the gait, so that the same times come out
 wherever the search began; then, warm, as many as the scenario's interval asks for. That motion is the start of
 the same problem with given times.
 """
