@@ -3,7 +3,9 @@
     python benchmarks/timing.py [--runs 3] [--starts 16] [--quick]
 
 Without the effort of swings and without the margins of CoM and capture point, as the targets are meant; then
-with both. Times are the smallest of the runs. Prints Markdown and keeps it in docs/benchmarks.md.
+with both. Times are of the processor, all of a plan, the smallest of the runs. The cost at half the interval
+is compared with jumps of forces at contact changes as they cost at 0.1 s: in a plan they cost the more, the
+finer the mesh. Prints Markdown and keeps it in docs/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -51,13 +53,18 @@ def free(scenario: rg.Scenario, plain: bool, **values: Any) -> rg.Scenario:
 
 
 def timed(scenario: rg.Scenario, runs: int) -> tuple[rg.Plan, float]:
-    """The plan and the shortest wall time, s; what is derived once is not counted."""
+    """The plan and the shortest processor time, s; what is derived once is not counted."""
     plan, best = rg.plan(scenario), np.inf
     for _ in range(runs):
-        begin = time.perf_counter()
+        begin = time.process_time()
         plan = rg.plan(scenario)
-        best = min(best, time.perf_counter() - begin)
+        best = min(best, time.process_time() - begin)
     return plan, best
+
+
+def without_jumps(plan: rg.Plan) -> float:
+    """The cost while times were sought on the fine mesh, where jumps of forces cost the same on any mesh."""
+    return next(start.cost for start in plan.statistics.starts if start.name == "timing: finer mesh")
 
 
 def yes(it: bool) -> str:
@@ -74,7 +81,7 @@ def costs(runs: int, plain: bool, names: list[str]) -> str:
         found, found_time = timed(free(scenario, plain), runs)
         fine = rg.plan(free(scenario.with_values({"interval": 0.05}), plain))
         cost, ratio = found.statistics.cost, found_time / given_time
-        difference = fine.statistics.cost / cost - 1.0
+        difference = without_jumps(fine) / without_jumps(found) - 1.0
         rows.append(
             (
                 name,
@@ -83,7 +90,8 @@ def costs(runs: int, plain: bool, names: list[str]) -> str:
                 f"{given.statistics.iterations} / {given_time:.2f}",
                 f"{found.statistics.iterations} / {found_time:.2f}",
                 f"{ratio:.1f} (≤ {SLOWER:g}: {yes(ratio <= SLOWER)})",
-                f"{100.0 * difference:+.1f} % (≤ {100.0 * FINER:g} %: {yes(difference <= FINER)})",
+                f"{fine.statistics.cost:.2f}, {100.0 * difference:+.1f} % (≤ {100.0 * FINER:g} %: "
+                f"{yes(difference <= FINER)})",
                 yes(found.certificate().passed and fine.certificate().passed),
             )
         )
@@ -95,7 +103,7 @@ def costs(runs: int, plain: bool, names: list[str]) -> str:
         "it / s given",
         "it / s found",
         "time ratio",
-        "J at h = 0.05 s",
+        "at h = 0.05 s",
     )
     return table((*columns, "certified"), rows)
 
@@ -147,7 +155,7 @@ def same_optimum(count: int, names: list[str]) -> str:
                 found.append(np.inf)
         apart = np.abs(np.array(found) / wanted - 1.0)
         rows.append((name, f"{(apart <= SAME).sum()} of {apart.size}", f"{100.0 * apart.max():.3f} %"))
-        print(rows[-1], np.round(found, 3), flush=True)
+        print(rows[-1], flush=True)
     return table(("motion", f"within {100.0 * SAME:g} %", "farthest"), rows)
 
 

@@ -122,10 +122,14 @@ class Planner:
             if profile is not None:
                 asked = asked.with_values({"profile": profile})
             earlier = Plan.load(warm_start) if isinstance(warm_start, str | Path) else warm_start
+        timing, found = asked.gait.timing, None
+        is_timed = timing is not None and timing.optimize
         if asked.gait.kind == "discover":
-            return self._discovered(asked, earlier, multistart, seed, watch, progress)
-        found = None
-        if asked.gait.timing is not None and asked.gait.timing.optimize:
+            discovered = self._discovered(asked, earlier, multistart, seed, watch, progress)
+            if timing is None or not is_timed:
+                return discovered
+            asked = discovered.scenario.with_values({"gait.timing": timing.model_dump(mode="json")})
+        if is_timed:
             from rollgait.timing.optimise import find_timing  # here: most plans do without
 
             found = find_timing(asked, self._method, self._terms, watch, seed, progress)

@@ -127,7 +127,7 @@ class Scenario(Shown, Config):
     goal: Goal
     """Where it is wanted; may switch over time."""
     horizon: Positive = 10.0
-    """T, s. `{max: 20, price: 10}`: whatever is best, if a second costs that much (page "Timing"). With the gait
+    """T, s. `{max: 20, price: 10}`: what is best, if a second costs that much (page "Timing"). With the gait
     `discover` the longest allowed; default there: 120."""
     interval: Positive = 0.1
     """h, s; the horizon is cut into round(T / h) equal intervals."""

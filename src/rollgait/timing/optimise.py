@@ -1,8 +1,8 @@
 """Times of a gait as variables: found on a coarse mesh, then given to the problem that is planned and judged.
 
 At first each phase has few intervals, whatever its length by the gait, so that the same times come out
-wherever the search began; then, warm, as many as the scenario's interval asks for. That motion is the start of
-the same problem with given times.
+wherever the search began; then, warm, as many as the scenario's interval asks for. That motion is the start
+of the same problem with given times.
 """
 
 from __future__ import annotations
@@ -64,12 +64,6 @@ class Found:
             scenario = plan.scenario.with_values({"gait.nodes": nodes, "horizon": nodes[-1]})
             plan = replace(plan, scenario=scenario)
         return plan.with_statistics(statistics)
-
-
-def is_asked(scenario: Scenario) -> bool:
-    """Whether the times of a scenario's gait may change."""
-    timing = scenario.gait.timing
-    return timing is not None and timing.optimize
 
 
 def find_timing(

@@ -2,7 +2,7 @@
 
 By the envelope theorem the optimal cost changes as the Lagrangian does at the solution itself, where only
 numbers change that depend on lengths of intervals. So nothing is solved but the plan's own problem, once, from
-the plan. (Where two limits meet in one point, the cost has a kink and multipliers say one of its slopes.)
+it. (Where two limits meet in one point, the cost has a kink and multipliers say one of its slopes.)
 """
 
 from __future__ import annotations
