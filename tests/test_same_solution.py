@@ -14,6 +14,7 @@ TOLERANCES = {
     "hybrid-forward": (1e-3, 1e-3),
     "hybrid-goback": (1e-3, 1e-3),
     "wheeled": (1e-3, 1e-3),
+    "rolling-trot": (1e-3, 1e-3),
     # 2.2 mm: boxes of the feet hold at nodes in the one transcription, at collocation points in the other
     "legged-forward": (1e-3, 3e-3),
 }

@@ -122,11 +122,22 @@ class Planner:
             if profile is not None:
                 asked = asked.with_values({"profile": profile})
             earlier = Plan.load(warm_start) if isinstance(warm_start, str | Path) else warm_start
+        timing, found = asked.gait.timing, None
+        is_timed = timing is not None and timing.optimize
         if asked.gait.kind == "discover":
-            return self._discovered(asked, earlier, multistart, seed, watch, progress)
-        return self._planned(
+            discovered = self._discovered(asked, earlier, multistart, seed, watch, progress)
+            if timing is None or not is_timed:
+                return discovered
+            asked = discovered.scenario.with_values({"gait.timing": timing.model_dump(mode="json")})
+        if is_timed:
+            from rollgait.timing.optimise import find_timing  # here: most plans do without
+
+            found = find_timing(asked, self._method, self._terms, watch, seed, progress)
+            asked, earlier = found.scenario, found.motion
+        plan = self._planned(
             asked, earlier, multistart, seed, watch, progress, USUAL, budget if diagnose else None
         )
+        return plan if found is None else found.told_by(plan)
 
     def _discovered(
         self,

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+from typing import Annotated
+
 import typer
 
 from rollgait.cli.arguments import AsJson, Full, PlanFile
 from rollgait.cli.output import print_json
-from rollgait.cli.report import print_certificate
+from rollgait.cli.report import print_certificate, print_timing
+
+Timing = Annotated[bool, typer.Option("--timing", help="Also say what more time for each phase would save.")]
 
 
-def check(plan_file: PlanFile, full: Full = False, as_json: AsJson = False) -> None:
+def check(plan_file: PlanFile, full: Full = False, timing: Timing = False, as_json: AsJson = False) -> None:
     """Show the certificate of a plan.
 
     It is computed by code that shares nothing with the planner.
@@ -20,12 +25,16 @@ def check(plan_file: PlanFile, full: Full = False, as_json: AsJson = False) -> N
 
     plan = Plan.load(plan_file)
     certificate = plan.certificate()
+    worth = plan.timing_gradient() if timing else ()
     if as_json:
         report = {"file": str(plan_file), "solved": plan.solved, "certified": certificate.passed}
-        print_json(report | {"certificate": certificate.to_dict()})
+        told = {"timing": [asdict(phase) for phase in worth]} if timing else {}
+        print_json(report | {"certificate": certificate.to_dict()} | told)
     else:
         s = plan.statistics
         print(f"{plan_file}: {'solved' if plan.solved else 'not solved'} ({s.status})")
         print_certificate(certificate, full)
+        if timing:
+            print_timing(worth)
     if not (plan.solved and certificate.passed):
         raise typer.Exit(1)

@@ -8,8 +8,11 @@ from rollgait.cli.output import number, print_table
 from rollgait.robot.robot import LEG_NAMES
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from rollgait.plan.certificate import Certificate
     from rollgait.plan.plan import Plan, Statistics
+    from rollgait.timing.worth import PhaseWorth
 
 NEAREST = 5
 """Rows of a certificate that pass and are shown nevertheless: where the motion comes nearest to a limit."""
@@ -97,3 +100,15 @@ def print_certificate(certificate: Certificate, full: bool = False) -> None:
     failed = ", ".join(row.name for row in failures)
     more = "; --full shows all rows" if left else ""
     print(f"  not certified: {failed}{more}" if failed else f"  certified{more}")
+
+
+def print_timing(worth: Sequence[PhaseWorth]) -> None:
+    """What a tenth of a second more would change of the cost, phase by phase."""
+    print("\ntiming: cost of 0.1 s more (all that comes later moves on)")
+    rows = [("phase", "from", "to", "cost")]
+    for phase in worth:
+        what = "+".join(LEG_NAMES[leg] for leg in phase.swings)
+        name = f"swing of {what}" if what else "stance"
+        cost = f"{0.1 * phase.cost_per_second:+.2f}"
+        rows.append((name, f"{phase.begin:.2f} s", f"{phase.end:.2f} s", cost))
+    print_table(rows, right=[1, 2, 3])

@@ -179,3 +179,31 @@ class TouchdownSpeed(FootConstraint):
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         return foot.height_rate
+
+
+class TouchdownDrift(FootConstraint):
+    """|ṗx|, |ṗy| ≤ touchdown_drift of a point foot in the last interval of a swing.
+
+    (Wheels roll on.)
+    """
+
+    name = "touchdown_drift"
+    keys = ("touchdown_drift",)
+    sentence = "the foot would have to be set down while it moves faster over the ground"
+    bound = ("touchdown_drift", "faster touch-downs")
+    left_out_at_first = True
+    places = INPUT
+    unit = "m/s"
+
+    def applies(self, problem: PlanContext, leg: int) -> bool:
+        return problem.robot.leg_list[leg].foot == "point"
+
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
+        limit = problem.bound(self.name)
+        return -limit, limit
+
+    def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
+        return TouchdownSpeed().holds(problem, place, leg)
+
+    def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
+        return foot.motion

@@ -8,12 +8,17 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike
 
+from rollgait.dynamics.step import POINTS
 from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Instant
 from rollgait.ocp.term import Cost, Data
+from rollgait.scenario.mesh import Mesh
 
 FORCE_INTERVAL_REF = 0.1
 """h_ref, s: the interval at which the force cost is the paper's Σ‖f_k − f_{k−1}‖² (formulation, Cost)."""
+
+EFFORT_ACCELERATION = 3.0
+"""m/s²: about the largest vertical acceleration of CENTAURO's foot in a swing of 0.8 s."""
 
 
 class Acceleration(Cost):
@@ -48,9 +53,17 @@ class ForceChange(Cost):
 
     name = "force"
 
+    def __init__(self, weight: float = 1.0, jumps_as_on: Mesh | None = None) -> None:
+        """With `jumps_as_on`, jumps where a contact changes cost what they do on that mesh, as finely cut."""
+        super().__init__(weight)
+        self.jumps_as_on = jumps_as_on
+
     def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
         mesh = problem.schedule.mesh
         between = mesh.between_middles
+        if self.jumps_as_on is not None:
+            jumps = problem.schedule.changes
+            between = np.where(jumps, self.jumps_as_on.between_middles, between)
         # the square is taken over the time between the middles, the integral over the interval alone
         factor = FORCE_INTERVAL_REF / between * np.sqrt(between / mesh.lengths)
         factor[0] = 0.0
@@ -149,3 +162,23 @@ class SwingMotion(Cost):
         free = [foot.motion for foot in x.feet if foot.kind == "point"]
         free += [foot.motion[1] for foot in x.feet if foot.kind == "fixed"]
         return ca.SX(ca.vertcat(*free))
+
+
+class Effort(Cost):
+    """Σ (p̈_z / 3 m/s²)² of the feet in swing: the shorter a swing, the more, with the third power.
+
+    Nothing else resists short swings, where timing is free.
+    """
+
+    name = "effort"
+
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
+        return {"counts": (~problem.schedule.contact).astype(float)}
+
+    def residual(self, x: Instant, d: Data) -> ca.SX:
+        over = (POINTS[1] - POINTS[0]) * x.body.interval * EFFORT_ACCELERATION
+        return ca.SX(
+            ca.vertcat(
+                *(d.counts[foot.index] * (foot.lift_rate[1] - foot.lift_rate[0]) / over for foot in x.feet)
+            )
+        )

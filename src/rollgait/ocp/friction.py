@@ -6,11 +6,13 @@ from collections.abc import Mapping
 
 import casadi as ca
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.term import ENDS, INPUT, Data, FootConstraint, Limits, Phase
+
+Array = NDArray[np.float64]
 
 LARGEST_TURN = 1.0
 """rad: beyond this turn in one interval the interval is too long to say anything about what lies between."""
@@ -37,8 +39,12 @@ class Friction(FootConstraint):
             mu = mu / np.sqrt(2.0)
         turn = np.zeros(problem.schedule.intervals)
         if problem.robot.leg_list[leg].foot != "point":
-            turn = problem.steering_rate_max(leg) * problem.schedule.lengths
+            turn = problem.steering_rate_max(leg) * self.lengths(problem)
         return {"mu": (mu * np.cos(0.5 * np.minimum(turn, LARGEST_TURN)))[None, :]}
+
+    def lengths(self, problem: PlanContext) -> Array:
+        """h of each interval, (N,), s."""
+        return problem.schedule.lengths
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         tangential, normal = foot.force_contact[:2], foot.force_contact[2]

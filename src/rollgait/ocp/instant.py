@@ -35,6 +35,7 @@ class Body:
         ground: height of the ground under each foot where it is level, 4, m.
         terrain: the ground under each foot where it is not; None where it is level.
         tilt: pitch and roll that it asks for at both ends of the interval, 2 each, rad; None if level.
+        interval_before: h of the interval before, s, where it is a variable; the first has one like it.
     """
 
     mass: ca.SX
@@ -46,6 +47,13 @@ class Body:
     ground: ca.SX
     terrain: tuple[FootGround, ...] | None = None
     tilt: tuple[ca.SX, ca.SX] | None = None
+    interval_before: ca.SX | None = None
+
+    @property
+    def between_middles(self) -> ca.SX:
+        """Time from the middle of the interval before to that of this one, where it is a variable, s."""
+        assert self.interval_before is not None, "asked only where the lengths of intervals are variables"
+        return ca.SX(0.5 * (self.interval + self.interval_before))
 
     def R_world_feet(self, yaw: ca.SX, tau: float) -> ca.SX:
         """Axes in which feet are seen from the base at a fraction of the interval, to world, 3 × 3.

@@ -163,14 +163,17 @@ class Acceleration(FootConstraint):
         return {"in_swing": ~problem.schedule.contact[leg : leg + 1]}
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
+        limit = self.largest(problem, leg) * problem.schedule.mesh.between_middles
+        return -limit, limit
+
+    def largest(self, problem: PlanContext, leg: int) -> NDArray[np.float64]:
+        """a in each interval, (1, N), m/s²."""
         contact = problem.schedule.contact[leg]
         stays = contact & np.concatenate([[True], contact[:-1]])
         stance, swing = (
             problem.bound(name) or np.inf for name in ("acceleration_max", "swing_acceleration_max")
         )
-        a = np.where(stays, stance, swing)
-        limit = a[None, :] * problem.schedule.mesh.between_middles
-        return -limit, limit
+        return np.asarray(np.where(stays, stance, swing)[None, :])
 
     def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
         contact = problem.schedule.contact[leg]

@@ -96,6 +96,12 @@ class Problem:
         """The constraints among the terms."""
         return tuple(term for term in self.terms if not isinstance(term, Cost))
 
+    @property
+    def beside_nodes(self) -> Array:
+        """The longer interval beside the beginning of each, (N,), s: margins cover what happens in it."""
+        mesh = self.schedule.mesh
+        return np.asarray(np.maximum(mesh.lengths_before, mesh.lengths))
+
     @cached_property
     def goals(self) -> Array:
         """Goal pose (x, y, z, yaw, pitch, roll) of each interval, shape (6, N): that of its middle.
@@ -188,6 +194,7 @@ ALL_COSTS: tuple[type[Cost], ...] = (
     costs.TerminalGoal,
     costs.Lift,
     costs.SwingMotion,
+    costs.Effort,
 )
 ALL_CONSTRAINTS: tuple[type[Constraint] | type[FootConstraint], ...] = (
     boundary.RestAtEnd,
@@ -211,6 +218,7 @@ ALL_CONSTRAINTS: tuple[type[Constraint] | type[FootConstraint], ...] = (
     limb.Reach,
     limits.Acceleration,
     contact.TouchdownSpeed,
+    contact.TouchdownDrift,
     boundary.LevelAtEnd,
     support.ComMargin,
     support.CaptureMargin,

@@ -29,7 +29,11 @@ from rollgait.terrain.height_map import HeightMap
 from rollgait.terrain.terrain import MapHeader
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rollgait.ocp.term import Term
     from rollgait.plan.certificate import Certificate
+    from rollgait.timing.worth import PhaseWorth
 
 FORMAT_VERSION = 2
 """Version of the file format; a file with another one is refused."""
@@ -232,6 +236,19 @@ class Plan(Shown, Tabular):
         from rollgait.plan.certificate import certify
 
         return certify(self)
+
+    def timing_gradient(self, terms: Sequence[Term] = ()) -> tuple[PhaseWorth, ...]:
+        """What more time for each phase would change: dJ/dT by the multipliers of the solution.
+
+        Args:
+            terms: those of your own with which it was planned.
+
+        Raises:
+            NotSolvedError: its problem cannot be solved from it.
+        """
+        from rollgait.timing.worth import timing_gradient  # here: a plan needs no solver
+
+        return timing_gradient(self, terms)
 
     # -- files --
 

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Discriminator, Field
 from rollgait.config import Config, NonNegative, Number, Positive, Whole
 from rollgait.robot.robot import LEG_NAMES, LegName
 from rollgait.scenario.patterns import PATTERNS, Wheels
+from rollgait.scenario.timing import Timing
 from rollgait.scenario.weights import Share, SupportMargin
 
 Swing = tuple[Number, Number]
@@ -45,6 +46,8 @@ class BaseGait(Config):
     """z_fly: height of the foot above the ground in mid-swing, m. Default: 0.08, less for small robots."""
     clearance_over: Positive | None = None
     """The same above an edge, a gap or a bump that it goes over, m. Default: as `clearance`, 0.05 at most."""
+    timing: Timing | None = None
+    """Whether the times of this gait may change, its order kept (page "Timing"). Default: they are given."""
 
     def swings(self, horizon: float) -> Swings:
         """Lift-off and touch-down times of each leg within `horizon` (s); ValueError if it does not fit."""
@@ -164,6 +167,12 @@ def _checked_swings(value: tuple[Swing, ...]) -> tuple[Swing, ...]:
     return value
 
 
+def _checked_nodes(value: tuple[float, ...]) -> tuple[float, ...]:
+    if len(value) < 2 or value[0] != 0.0 or any(b <= a for a, b in pairwise(value)):
+        raise ValueError("must name at least two times, rising from 0")
+    return value
+
+
 class Schedule(BaseGait):
     """Any contact schedule, spelled out: for each leg the lift-off and touch-down times."""
 
@@ -177,6 +186,8 @@ class Schedule(BaseGait):
     """Swings of the hind left foot, s."""
     HR: Annotated[tuple[Swing, ...], AfterValidator(_checked_swings)] = ()
     """Swings of the hind right foot, s."""
+    nodes: Annotated[tuple[NonNegative, ...], AfterValidator(_checked_nodes)] | None = None
+    """Times of the nodes, from 0 to the horizon, s, in place of equal intervals. Default: equal ones."""
 
     def swings(self, horizon: float) -> Swings:
         return {"FL": self.FL, "FR": self.FR, "HL": self.HL, "HR": self.HR}

@@ -30,6 +30,7 @@ from rollgait.scenario.profile import (
     ProfileName,
 )
 from rollgait.scenario.schedule import ContactSchedule, put_on_mesh
+from rollgait.scenario.timing import with_price_in_gait
 from rollgait.scenario.weights import Bounds, Weights
 from rollgait.terrain.ground import Ground
 from rollgait.terrain.height_map import HeightMap
@@ -119,7 +120,8 @@ class Scenario(Shown, Config):
     goal: Goal
     """Where it is wanted; may switch over time."""
     horizon: Positive = 10.0
-    """T, s. With the gait `discover` the longest allowed; default there: 120."""
+    """T, s. `{max: 20, price: 10}`: what is best, if a second costs that much (page "Timing"). With the gait
+    `discover` the longest allowed; default there: 120."""
     interval: Positive = 0.1
     """h, s; the horizon is cut into round(T / h) equal intervals."""
     profile: ProfileName = "executable"
@@ -171,6 +173,11 @@ class Scenario(Shown, Config):
         scenario = self.model_copy(update={"ground": ground})
         scenario.check()
         return scenario
+
+    @model_validator(mode="before")
+    @classmethod
+    def _horizon_at_a_price(cls, data: Any) -> Any:
+        return with_price_in_gait(data) if isinstance(data, Mapping) else data
 
     @field_validator("ground", mode="before")
     @classmethod

@@ -87,6 +87,12 @@ class ContactSchedule:
         c = self.contact
         return np.hstack([c[:, :1], c[:, :-1] | c[:, 1:], c[:, -1:]])
 
+    @property
+    def changes(self) -> NDArray[np.bool_]:
+        """Before which intervals a foot lifts off or touches down, shape (N,)."""
+        c = self.contact
+        return np.append(False, (c[:, 1:] != c[:, :-1]).any(axis=0))
+
     def swings(self) -> Iterator[SwingPhase]:
         """All swings, leg by leg in the order of time."""
         for leg in range(len(LEG_NAMES)):
@@ -119,14 +125,26 @@ def put_on_mesh(gait: BaseGait, horizon: float, interval: float) -> ContactSched
         InputError: the mesh is too fine or too coarse, a swing leaves the horizon or is too short for the
             mesh, or all feet are in the air at once.
     """
+    nodes = getattr(gait, "nodes", None)
+    if nodes is not None:
+        return _put_on_nodes(gait, horizon, np.array(nodes))
     if interval > horizon:
         raise InputError("interval", interval, f"must not be longer than the horizon of {horizon} s")
     if horizon / interval > MAX_INTERVALS:
         rule = f"must cut the horizon of {horizon} s into at most {MAX_INTERVALS} intervals"
         raise InputError("interval", interval, rule)
     count = intervals_of(horizon, interval)
-    mesh = Mesh.equal(horizon, count)
-    step = float(mesh.lengths[0])
+    return _put_on(gait, horizon, Mesh.equal(horizon, count))
+
+
+def _put_on_nodes(gait: BaseGait, horizon: float, nodes: NDArray[np.float64]) -> ContactSchedule:
+    if abs(nodes[-1] - horizon) > BORDER * horizon:
+        raise InputError("gait.nodes", float(nodes[-1]), f"must end at the horizon of {horizon} s")
+    return _put_on(gait, horizon, Mesh(np.diff(nodes)))
+
+
+def _put_on(gait: BaseGait, horizon: float, mesh: Mesh) -> ContactSchedule:
+    count, times = mesh.intervals, mesh.times
     contact = np.ones((len(LEG_NAMES), count), dtype=bool)
     try:
         swings = gait.swings(horizon)
@@ -134,7 +152,7 @@ def put_on_mesh(gait: BaseGait, horizon: float, interval: float) -> ContactSched
         raise InputError("gait", gait.model_dump().get("kind"), str(error)) from None
     for leg, name in enumerate(LEG_NAMES):
         for begin, end in swings[name]:
-            first, last = round(begin / step), round(end / step)
+            first, last = (_nearest(mesh, time) for time in (begin, end))
             if end > horizon + 1e-9 or last > count:
                 raise InputError(
                     f"gait.{name}", [begin, end], f"must touch down within the horizon of {horizon} s"
@@ -143,14 +161,25 @@ def put_on_mesh(gait: BaseGait, horizon: float, interval: float) -> ContactSched
                 raise InputError(
                     f"gait.{name}",
                     [begin, end],
-                    f"must last at least {MIN_SWING_INTERVALS} intervals of {step:.4g} s",
+                    f"must last at least {MIN_SWING_INTERVALS} intervals{_of_length(mesh)}",
                 )
             contact[leg, first:last] = False
     flying = np.flatnonzero(~contact.any(axis=0))
     if flying.size:
         raise InputError(
             "gait",
-            f"t = {flying[0] * step:.3g} s",
+            f"t = {times[flying[0]]:.3g} s",
             "has all four feet in the air: at least one must be on the ground",
         )
     return ContactSchedule(contact, mesh)
+
+
+def _nearest(mesh: Mesh, time: float) -> int:
+    """Number of the node nearest to a time, of equal ones also beyond the horizon."""
+    if mesh.is_equal:
+        return round(time / float(mesh.lengths[0]))
+    return int(np.argmin(np.abs(mesh.times - time)))
+
+
+def _of_length(mesh: Mesh) -> str:
+    return f" of {float(mesh.lengths[0]):.4g} s" if mesh.is_equal else ""

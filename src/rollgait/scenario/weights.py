@@ -50,6 +50,8 @@ class Weights(Config):
     """On (ṗz − that of a smooth lift)² of feet in swing (executable)."""
     swing: NonNegative | None = by_profile(executable=0.1)
     """On the planar velocity of feet in swing that the other costs leave undetermined (executable)."""
+    effort: NonNegative | None = by_profile()
+    """On (p̈_z / 3 m/s²)² of feet in swing: short swings cost more. `gait.timing` sets it."""
     speed_in_contact_only: Flag = False
     """Leave v of feet in swing out of `speed`: the paper's knob between car-like and walking behaviour."""
 
@@ -83,6 +85,8 @@ class Bounds(Config):
     """Use the pyramid inside the friction cone: μ/√2."""
     touchdown_speed: Positive | None = by_profile(executable=0.1)
     """Limit of the vertical speed at touch-down, m/s (executable)."""
+    touchdown_drift: Positive | None = by_profile()
+    """Limit of the horizontal speed of point feet in the last interval of a swing, m/s, each component."""
     acceleration_max: Positive | None = by_profile(executable=2.0)
     """Limit of |Δv|/h of feet that stay on the ground, m/s² (executable)."""
     swing_acceleration_max: Positive | None = by_profile(

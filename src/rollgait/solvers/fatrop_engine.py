@@ -78,6 +78,7 @@ class FatropEngine:
         self._iteration = 0
         self._least, self._least_at = np.inf, 0
         self._budget = Budget()
+        self._multipliers: tuple[Array, Array] | None = None
         self.is_running = False
         self._evaluations = self._evaluations_before = 0
         self._jacobians: dict[int, JacobianFill] = {}
@@ -102,6 +103,7 @@ class FatropEngine:
         self._progress, self._error, self._iteration = progress, None, 0
         self._least, self._least_at = np.inf, 0
         self._evaluations_before = self._evaluations
+        self._multipliers = None
         self._known = (np.empty(0), 0.0, np.empty(0))
         self._rows.load_bounds()
         self._budget = Budget(until, iterations)
@@ -127,6 +129,7 @@ class FatropEngine:
             solved=solved,
             status="Solve_Succeeded" if solved else self._why(flag),
             iterations=max(int(stats.iterations_count), self._iteration),
+            multipliers=self._multipliers,
         )
 
     def _run(self) -> int:
@@ -300,6 +303,9 @@ class FatropEngine:
         second, first = (np.concatenate(part) for part in parts)
         _check_finite(second)
         self._hessian_fill(matrix).put(second, first, given[place.bounded])
+        of_bounds = np.zeros(self.nlp.size)
+        of_bounds[rows.bounded] = given[place.bounded]
+        self._multipliers = (multipliers[:-1] / scale, of_bounds / scale)
         self._report(w)
         return True
 

@@ -44,6 +44,8 @@ class Solution:
         solved: whether the solver converged.
         status: the solver's own word.
         iterations: how many it took.
+        multipliers: of rows and of bounds, where the solver tells them: the gradient of cost + multipliers ·
+            (g, w) is zero at the solution, and those of upper limits are positive.
     """
 
     w: NDArray[np.float64]
@@ -52,6 +54,7 @@ class Solution:
     solved: bool
     status: str
     iterations: int
+    multipliers: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
     @classmethod
     def of_nlpsol(cls, result: Mapping[str, Any], stats: Mapping[str, Any]) -> Solution:

@@ -27,7 +27,11 @@ def transcribe(name: str, problem: Problem, store: CodeStore | None = None) -> T
     Raises:
         UnknownNameError: there is no such transcription.
     """
-    if name not in TRANSCRIPTION_NAMES:
+    from rollgait.ocp.timed import TimedProblem  # here: what has no times of its own need not load it
+
+    if isinstance(problem, TimedProblem):
+        name = "timed"
+    elif name not in TRANSCRIPTION_NAMES:
         raise UnknownNameError("transcription", name, TRANSCRIPTION_NAMES)
     result: Transcribed = import_module(f"rollgait.transcription.{name}").transcribe(problem, store)
     return result

@@ -202,6 +202,10 @@ class StageSymbols:
                 values = [b * use.term.expression(x, d) for b, x in zip(quadrature, points, strict=True)]
                 self._costs[use.term.name] = weight * length * sum(values, start=ca.SX(0))
 
+    def add_cost(self, name: str, cost: ca.SX) -> None:
+        """A cost of the recipe's own."""
+        self._costs[name] = cost
+
     def add_squares(self, x: Instant, length: ca.SX) -> None:
         """The costs of the problem at one instant by their residuals, for a Gauss-Newton Hessian.
 

@@ -60,18 +60,25 @@ class Condensed:
 
     name = "condensed"
 
+    @property
+    def layout(self) -> Layouts:
+        """Order of the variables."""
+        return make_layout(self.problem.robot)
+
     def encode(self, motion: MotionGuess) -> Array:
         """The free variables that come nearest to a motion."""
-        return _encode(self.problem, motion)[self.nlp.free]
+        rows, last = encoded(self.problem, motion)
+        return np.concatenate([rows.ravel(), last])[self.nlp.free]
 
     def decode(self, w: Array) -> CondensedTrajectory:
         """The motion that free variables mean."""
-        return _decode(self.problem, self.nlp.all_variables(w))
+        rows = self.layout.rows(self.nlp.all_variables(w), self.problem.schedule.intervals)
+        return decoded(self.problem, self.layout, rows, self.problem.schedule.lengths)
 
     @property
     def structure(self) -> Structure:
         """Sizes of the stages as the solver sees them, fixed variables and empty rows left out."""
-        layout, count, nlp = _layout(self.problem.robot), self.problem.schedule.intervals, self.nlp
+        layout, count, nlp = self.layout, self.problem.schedule.intervals, self.nlp
         is_free = np.zeros(nlp.total, dtype=int)
         is_free[nlp.free] = 1
         rows = is_free[: count * layout.stage].reshape(count, layout.stage)
@@ -85,24 +92,24 @@ class Condensed:
 
 def transcribe(problem: Problem, store: CodeStore | None = None) -> Condensed:
     """The problem as an NLP by one step per interval; `store` keeps the code of its stages."""
-    layout, count = _layout(problem.robot), problem.schedule.intervals
+    layout, count = make_layout(problem.robot), problem.schedule.intervals
     not_last = RowNumbers(
         holds=np.arange(count) < count - 1
     )  # nothing follows that would need the last inputs
-    interval = make_stage(_IntervalStage(layout), problem, store, {CARRIED: not_last})
-    end = make_stage(_EndStage(layout), problem, store)
+    interval = make_stage(IntervalStage(layout), problem, store, {CARRIED: not_last})
+    end = make_stage(EndStage(layout), problem, store)
     blocks = [
         Block(interval, layout.variables(count), next_state=layout.defined(interval.code.rows)),
         Block(end, layout.last_variables(count), first=count),
     ]
-    return Condensed(problem, Nlp(blocks, layout.total(count), initial=_start_values(problem, layout)))
+    return Condensed(problem, Nlp(blocks, layout.total(count), initial=start_values(problem, layout)))
 
 
 # -- variables -------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
-class _Layouts(StageLayout):
+class Layouts(StageLayout):
     """The layout of this transcription.
 
     Attributes:
@@ -112,7 +119,8 @@ class _Layouts(StageLayout):
     previous: tuple[int, ...]
 
 
-def _layout(robot: Robot) -> _Layouts:
+def make_layout(robot: Robot, clocks: int = 0, stretches: int = 0) -> Layouts:
+    """The order of the variables; with states that tell the time, and inputs that make it, if there are."""
     steerable = tuple(i for i, leg in enumerate(robot.leg_list) if leg.foot == "steerable")
     previous = tuple(j for j in range(2 * FEET) if not (j % 2 == 1 and j // 2 in steerable))
     state = [
@@ -124,15 +132,17 @@ def _layout(robot: Robot) -> _Layouts:
         ("sigma", len(steerable)),
         ("z", FEET),
     ]
+    state += [("clock", clocks)] if clocks else []
     node = Layout([*state, ("previous_force", 3 * FEET), ("previous_motion", len(previous))])
-    inputs = Layout([("force", 3 * FEET), ("motion", 2 * FEET), ("lift_rate", 2 * FEET)])
-    return _Layouts(node, inputs, steerable, sum(size for _, size in state), previous)
+    stretch = [("stretch", stretches)] if stretches else []
+    inputs = Layout([("force", 3 * FEET), ("motion", 2 * FEET), ("lift_rate", 2 * FEET), *stretch])
+    return Layouts(node, inputs, steerable, sum(size for _, size in state), previous)
 
 
 # -- stages ----------------------------------------------------------------------------------------------
 
 
-class _Scaled:
+class Scaled:
     """Units of the variables: forces in weights of the robot, L in its mean moment of inertia times rad/s."""
 
     def __init__(self, body: Body) -> None:
@@ -140,31 +150,35 @@ class _Scaled:
         self.momentum = (body.inertia[0, 0] + body.inertia[1, 1] + body.inertia[2, 2]) / 3.0
 
 
-def _state_of(layout: _Layouts, node: ca.SX, scaled: _Scaled, body: Body) -> State:
+def state_in(layout: Layouts, node: ca.SX, scaled: Scaled, body: Body) -> State:
     return state_of(layout, node, scaled.momentum, node[layout.node["z"]], body)
 
 
-def _node_of(layout: _Layouts, x: State, heights: Sequence[ca.SX], inputs: ca.SX, scaled: _Scaled) -> ca.SX:
-    """The node vector of a state, and heights of the feet, that follow an interval with these inputs."""
+def _node_of(
+    layout: Layouts, x: State, heights: Sequence[ca.SX], clock: ca.SX, inputs: ca.SX, scaled: Scaled
+) -> ca.SX:
+    """The node vector of a state, heights of the feet and clocks, that follow an interval of these inputs."""
     motion = inputs[layout.inputs["motion"]]
     return ca.vertcat(
         *state_entries(layout, x, scaled.momentum),
         *heights,
+        clock,
         inputs[layout.inputs["force"]],
         *(motion[j] for j in layout.previous),
     )
 
 
-class _Interval:
+class Interval:
     """The symbols of one interval, its step, and instants at its begin, middle and end."""
 
-    def __init__(self, symbols: StageSymbols, layout: _Layouts) -> None:
-        body = symbols.body
-        self.body, self.layout, self.scaled = body, layout, _Scaled(body)
-        self.robot = figures(symbols)
+    def __init__(self, symbols: StageSymbols, layout: Layouts) -> None:
+        self.layout = layout
         self.node = ca.SX.sym("node", layout.node.size)
         self.u = ca.SX.sym("inputs", layout.inputs.size)
         self.next_node = ca.SX.sym("next_node", layout.node.size)
+        body = self.body = self.body_of(symbols)
+        self.scaled = Scaled(body)
+        self.robot = figures(symbols)
         groups = {name: self.u[layout.inputs[name]] for name in ("force", "motion", "lift_rate")}
         self.inputs = Inputs(
             [body.weight * groups["force"][3 * i : 3 * i + 3] for i in range(FEET)],
@@ -172,7 +186,7 @@ class _Interval:
             [groups["lift_rate"][2 * i : 2 * i + 2] for i in range(FEET)],
         )
         self.previous = self._previous_inputs()
-        self.begin = _state_of(layout, self.node, self.scaled, body)
+        self.begin = state_in(layout, self.node, self.scaled, body)
         self.height = ca.vertsplit(self.node[layout.node["z"]])
         feet = [
             FootInput(ca.vertsplit(f), ca.vertsplit(m), ca.vertsplit(w))
@@ -185,6 +199,15 @@ class _Interval:
                 z + leaves.height(foot.p)
                 for z, leaves, foot in zip(self.next_height, symbols.leaves, self.end.feet, strict=True)
             ]
+
+    def body_of(self, symbols: StageSymbols) -> Body:
+        """The figures of the robot, and how long the interval lasts."""
+        return symbols.body
+
+    @property
+    def next_clock(self) -> ca.SX:
+        """What tells the time at the end of the interval, if anything does."""
+        return ca.SX(0, 1)
 
     @property
     def y(self) -> ca.SX:
@@ -219,10 +242,10 @@ class _Interval:
 
 
 @dataclass(frozen=True)
-class _IntervalStage:
+class IntervalStage:
     """The stage of an interval: its step, costs and constraints."""
 
-    layout: _Layouts
+    layout: Layouts
     name: ClassVar[str] = "condensed interval"
     places: ClassVar[Mapping[Place, int]] = {
         Place.NODE: 1,
@@ -233,13 +256,23 @@ class _IntervalStage:
     only_at_nodes: ClassVar[bool] = True
     worth_compiling: ClassVar[bool] = True
 
+    def interval(self, symbols: StageSymbols) -> Interval:
+        """The symbols of the interval."""
+        return Interval(symbols, self.layout)
+
+    def own_rows(self, symbols: StageSymbols, interval: Interval) -> None:
+        """Rows and costs of the recipe's own, if it has any."""
+
     def write(self, symbols: StageSymbols) -> ca.SX:
         layout = self.layout
-        interval = _Interval(symbols, layout)
-        node_end = _node_of(layout, interval.end, interval.next_height, interval.u, interval.scaled)
+        interval = self.interval(symbols)
+        node_end = _node_of(
+            layout, interval.end, interval.next_height, interval.next_clock, interval.u, interval.scaled
+        )
         gap, at_end = interval.next_node - node_end, Place.INTERVAL_END.name
         symbols.add_rows(gap[: layout.last], "dynamics", at_end)
         symbols.add_rows(gap[layout.last :], "dynamics", at_end, source=CARRIED)
+        self.own_rows(symbols, interval)
         begin, middle, end = (
             interval.instant(x, tau)
             for x, tau in ((interval.begin, 0.0), (interval.middle, 0.5), (interval.end, 1.0))
@@ -259,10 +292,10 @@ class _IntervalStage:
 
 
 @dataclass(frozen=True)
-class _EndStage:
+class EndStage:
     """The stage of the end of the horizon."""
 
-    layout: _Layouts
+    layout: Layouts
     name: ClassVar[str] = "condensed end"
     places: ClassVar[Mapping[Place, int]] = {Place.TERMINAL: 1}
     terminal: ClassVar[bool] = True
@@ -273,7 +306,7 @@ class _EndStage:
         node = ca.SX.sym("node", self.layout.last)
         body, none = symbols.body, [ca.SX.nan(1)] * FEET
         x, height = (
-            _state_of(self.layout, node, _Scaled(body), body),
+            state_in(self.layout, node, Scaled(body), body),
             ca.vertsplit(node[self.layout.node["z"]]),
         )
         nothing = Inputs.none()
@@ -298,8 +331,9 @@ def _height_integrals(tau: float) -> Array:
 # -- to and from numbers ---------------------------------------------------------------------------------
 
 
-def _encode(problem: Problem, motion: MotionGuess) -> Array:
-    layout, schedule, robot = _layout(problem.robot), problem.schedule, problem.robot
+def encoded(problem: Problem, motion: MotionGuess) -> tuple[Array, Array]:
+    """The variables that come nearest to a motion: of each interval in a row, and of the last node."""
+    layout, schedule, robot = make_layout(problem.robot), problem.schedule, problem.robot
     count, h, begins = schedule.intervals, schedule.lengths[:, None], schedule.node_times[:-1]
     nodes = _node_rows(layout, motion(schedule.node_times), problem)
     middle = motion(schedule.mesh.middles)
@@ -314,10 +348,10 @@ def _encode(problem: Problem, motion: MotionGuess) -> Array:
     previous = np.hstack([force, motions[:, list(layout.previous)]])
     previous = np.vstack([np.zeros_like(previous[:1]), previous[:-1]])
     rows = np.hstack([nodes[:-1], previous, force, motions, rates.reshape(count, -1)])
-    return np.concatenate([rows.ravel(), nodes[-1]])
+    return rows, nodes[-1]
 
 
-def _node_rows(layout: _Layouts, s: Samples, problem: Problem) -> Array:
+def _node_rows(layout: Layouts, s: Samples, problem: Problem) -> Array:
     """States at the nodes without the previous inputs, one row for each."""
     robot, nodes = problem.robot, np.arange(len(s.time))
     ground = problem.footing.height(np.minimum(nodes, nodes[-1] - 1), s.foot_position[..., :2])
@@ -335,7 +369,7 @@ def _node_rows(layout: _Layouts, s: Samples, problem: Problem) -> Array:
     )
 
 
-def _start_values(problem: Problem, layout: _Layouts) -> Array:
+def start_values(problem: Problem, layout: Layouts, clock: Sequence[float] = ()) -> Array:
     """x0 in the order of the first node; nothing came before it."""
     start, robot = problem.start, problem.robot
     L = angular_momentum(np, list(start.base[3:]), list(start.base_rate[3:]), list(robot.inertia_matrix))
@@ -348,14 +382,15 @@ def _start_values(problem: Problem, layout: _Layouts) -> Array:
             start.p_foot[:, :2].ravel(),
             start.heading[list(layout.steerable)],
             np.zeros(FEET),  # at the start all feet are on the ground, be it fitted or not
+            clock,
             np.zeros(layout.node.size - layout.last),
         ]
     )
 
 
-def _decode(problem: Problem, variables: Array) -> CondensedTrajectory:
-    layout, count, robot = _layout(problem.robot), problem.schedule.intervals, problem.robot
-    rows = variables[: count * layout.stage].reshape(count, layout.stage)
+def decoded(problem: Problem, layout: Layouts, rows: Array, lengths: Array) -> CondensedTrajectory:
+    """The motion that the variables of the intervals mean, one row each; they last `lengths` (s)."""
+    count, robot = problem.schedule.intervals, problem.robot
     nodes, inputs = rows[:, : layout.node.size], rows[:, layout.node.size :]
     heading = np.zeros((count, FEET))
     heading[:, list(layout.steerable)] = nodes[:, layout.node["sigma"]]
@@ -363,7 +398,7 @@ def _decode(problem: Problem, variables: Array) -> CondensedTrajectory:
     ground = problem.footing.height(np.arange(count), foot_xy)
     values: dict[str, Any] = {
         "contact": problem.schedule.contact.T,
-        "lengths": problem.schedule.lengths,
+        "lengths": lengths,
         "r": nodes[:, layout.node["r"]],
         "theta": nodes[:, layout.node["theta"]],
         "dr": nodes[:, layout.node["dr"]],

@@ -58,6 +58,10 @@ class StageLayout:
         """Variables of `count` intervals and the last node."""
         return count * self.stage + self.last
 
+    def rows(self, variables: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+        """The variables of each interval, (count, stage)."""
+        return variables[: count * self.stage].reshape(count, self.stage)
+
     def variables(self, count: int) -> NDArray[np.intp]:
         """Numbers of the variables of each interval: node, inputs, next node; −1 for what is not there."""
         result = np.arange(count) * self.stage + np.arange(self.stage + self.node.size)[:, None]

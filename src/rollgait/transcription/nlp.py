@@ -111,20 +111,23 @@ class Nlp:
         contradictions: rows that no variable can satisfy, with by how much.
     """
 
-    def __init__(self, blocks: Sequence[Block], total: int, initial: Array, live: bool = False) -> None:
+    def __init__(
+        self, blocks: Sequence[Block], total: int, initial: Array, live: bool = False, again: bool = False
+    ) -> None:
         """`initial` holds the values of the first variables: the state from which the motion starts.
 
         With `live`, all numbers may change between solves: only what holds for all of them is left out (the
-        first state, rows without a free variable), and nothing is turned into bounds.
+        first state, rows without a free variable), and nothing is turned into bounds. `again`: see
+        `Presolve`.
         """
         self.blocks = tuple(blocks)
         self.total = total
-        self._presolve(initial, live)
+        self._presolve(initial, live, again)
         self._number_rows()
 
     # -- presolve ----------------------------------------------------------------------------------------
 
-    def _presolve(self, initial: Array, live: bool) -> None:
+    def _presolve(self, initial: Array, live: bool, again: bool) -> None:
         """Rows of one free variable become bounds, variables with equal bounds constants, until none is."""
         kept = [block.stage.holds & (_limits_something(block.stage) | live) for block in self.blocks]
         self.contradictions: list[tuple[RowOrigin, float]] = []
@@ -135,7 +138,7 @@ class Nlp:
             self._split(low, high)
             self._kept = [keep & self._has_free(block) for block, keep in zip(self.blocks, kept, strict=True)]
             return
-        known = Presolve(self.blocks, kept, self.total, initial)
+        known = Presolve(self.blocks, kept, self.total, initial, again)
         self._kept, self._bound_sources = known.kept, known.sources
         self._split(known.low, known.high)
         for number, row, k, excess in known.contradictions:
@@ -307,6 +310,17 @@ class Nlp:
             for name, value in zip(block.function.cost_names, values, strict=True):
                 total[name] = total.get(name, 0.0) + float(value)
         return total
+
+    def values(self, w: Array) -> tuple[float, Array]:
+        """Cost and constraints at the free variables `w`."""
+        cost, g = 0.0, []
+        for block, order in zip(self.blocks, self._order, strict=True):
+            costs, rows = repeated(block.function.value, block.stage.count).call(
+                [self._local(block, w), block.stage.parameters]
+            )
+            cost += float(np.asarray(costs).sum())
+            g.append(np.asarray(rows).ravel(order="F")[order])
+        return cost, np.concatenate(g)
 
     def violations(self, g: Array, w: Array) -> Array:
         """By how much each constraint, then each bound, is violated (0 where it holds)."""

@@ -76,8 +76,19 @@ class Presolve:
         contradictions: rows that no variable can satisfy: block, row, repetition, by how much.
     """
 
-    def __init__(self, blocks: Sequence[Repeated], kept: Sequence[Mask], total: int, initial: Array) -> None:
-        """`kept` are the rows to begin with; `initial` are the values of the first variables."""
+    def __init__(
+        self,
+        blocks: Sequence[Repeated],
+        kept: Sequence[Mask],
+        total: int,
+        initial: Array,
+        again: bool = False,
+    ) -> None:
+        """`kept` are the rows to begin with; `initial` are the values of the first variables.
+
+        With `again`, it is looked once more with what is known by then: a row may bend with a variable by
+        which only constants of zero are multiplied.
+        """
         self._blocks, self.kept = blocks, [mask.copy() for mask in kept]
         self.low, self.high = np.full(total, -np.inf), np.full(total, np.inf)
         self.low[: initial.size] = self.high[: initial.size] = initial
@@ -86,8 +97,21 @@ class Presolve:
         self._values = [_StageValues(block) for block in blocks]
         self._known = np.zeros(total + 1)  # constants; free variables, and those that are none, are zero
         self._entries = _Entries(blocks, self.kept, total)
-        self._propagate(np.flatnonzero(self._is_fixed(np.arange(total))))
+        fixed = np.flatnonzero(self._is_fixed(np.arange(total)))
+        self._propagate(fixed)
+        while again:
+            before, fixed = fixed.size, np.flatnonzero(self._is_fixed(np.arange(total)))
+            if fixed.size == before:
+                break
+            self._entries = _Entries(blocks, self.kept, total, self._places_known(fixed))
+            self._propagate(fixed)
         self._drop_empty()
+
+    def _places_known(self, fixed: Index) -> Array:
+        """Values of the constants, not a number where a variable is free; a zero at the end."""
+        result = np.full(self._known.size, np.nan)
+        result[fixed], result[-1] = self._known[fixed], 0.0
+        return result
 
     def _is_fixed(self, variables: Index) -> Mask:
         return np.asarray(self.high[variables] - self.low[variables] <= FIXED_TOLERANCE)
@@ -154,7 +178,9 @@ class _Entries:
         all_rows: numbers of all rows, block after block, row after row.
     """
 
-    def __init__(self, blocks: Sequence[Repeated], kept: Sequence[Mask], total: int) -> None:
+    def __init__(
+        self, blocks: Sequence[Repeated], kept: Sequence[Mask], total: int, known: Array | None = None
+    ) -> None:
         parts: list[tuple[Any, ...]] = []
         self._shapes = [mask.shape for mask in kept]
         self._begins = np.cumsum([0, *(mask.size for mask in kept)])
@@ -162,7 +188,7 @@ class _Entries:
         somewhere = np.random.default_rng(0)
         for block, keep, begin in zip(blocks, kept, self._begins, strict=False):
             f, count = block.function, block.stage.count
-            slope, variable = _slopes(block, somewhere), block.variables[f.jacobian_cols]
+            slope, variable = _slopes(block, somewhere, known), block.variables[f.jacobian_cols]
             bends = ~f.linear
             used = keep[f.jacobian_rows] & (variable >= 0) & (slope != 0.0)
             nonzero, repetition = np.nonzero(used)
@@ -242,13 +268,17 @@ class _StageValues:
         return result
 
 
-def _slopes(block: Repeated, somewhere: np.random.Generator) -> Array:
-    """Nonzeros of the Jacobians at random places, (nnz, count).
+def _slopes(block: Repeated, somewhere: np.random.Generator, known: Array | None = None) -> Array:
+    """Nonzeros of the Jacobians at random places, where nothing else is known, (nnz, count).
 
     What is linear has these slopes everywhere; of the rest it is told whether they are always zero.
     """
     f, count = block.function, block.stage.count
-    y = somewhere.uniform(0.5, 1.5, block.variables.shape).T.ravel()
+    y = somewhere.uniform(0.5, 1.5, block.variables.shape)
+    if known is not None:
+        there = known[block.variables]
+        y = np.where(np.isnan(there), y, there)
+    y = np.ascontiguousarray(y.T).ravel()
     p = np.ascontiguousarray(block.stage.parameters.T).ravel()
     (slopes,) = Buffered(repeated(f.jacobian, count), [y, p])()
     return slopes.reshape(count, -1).T

@@ -89,6 +89,7 @@ def make_stage(
     problem: Problem,
     store: CodeStore | None = None,
     own_rows: Mapping[str, RowNumbers] | None = None,
+    own_numbers: Mapping[str, Array] | None = None,
 ) -> Stage:
     """A stage of a problem: its code, made now or long ago, with the problem's numbers.
 
@@ -97,11 +98,14 @@ def make_stage(
         problem: whose numbers.
         store: where codes are kept; None keeps them in this process only.
         own_rows: numbers of the rows that the recipe adds by itself; those not named are 0 = row, always.
+        own_numbers: of further parameters that the recipe reads, (size, N) each.
     """
+    own_numbers = own_numbers or {}
     extra = () if problem.footing.is_flat else tuple(PARAMETERS.items())
+    extra += tuple((name, value.shape[0]) for name, value in own_numbers.items())
     plan = outline(recipe.name, problem.terms, problem, recipe.places, recipe.terminal, extra)
     code = find_code(recipe, plan, store)
-    return _Filling(recipe, problem, plan).stage(code, own_rows or {})
+    return _Filling(recipe, problem, plan).stage(code, own_rows or {}, own_numbers)
 
 
 def find_code(recipe: Recipe, plan: Outline, store: CodeStore | None) -> StageCode:
@@ -131,8 +135,10 @@ class _Filling:
         self._recipe, self._problem, self._plan = recipe, problem, plan
         self._count = 1 if recipe.terminal else problem.schedule.intervals
 
-    def stage(self, code: StageCode, own_rows: Mapping[str, RowNumbers]) -> Stage:
-        values = _body_numbers(self._problem)
+    def stage(
+        self, code: StageCode, own_rows: Mapping[str, RowNumbers], own_numbers: Mapping[str, Array]
+    ) -> Stage:
+        values = _body_numbers(self._problem) | dict(own_numbers)
         for use in self._plan.uses:
             values |= use.numbers
         stacked = np.vstack([self._per_stage(values[name], size) for name, size in code.parameters])
@@ -175,9 +181,7 @@ class _Filling:
 
     def _bulge(self, term: Constraint | FootConstraint) -> Array:
         """By how much a constraint may be missed beside its nodes, (1, N): in the longer interval of both."""
-        mesh = self._problem.schedule.mesh
-        longest = np.maximum(mesh.lengths_before, mesh.lengths)
-        return np.asarray(longest[None, :] ** 2 / 8.0 * term.curvature)
+        return np.asarray(self._problem.beside_nodes[None, :] ** 2 / 8.0 * term.curvature)
 
 
 def _column(value: ArrayLike) -> Array:
