@@ -1,8 +1,8 @@
 """What a tenth of a second is worth: dJ/dT of each phase, by the multipliers of a solution.
 
 By the envelope theorem the optimal cost changes as the Lagrangian does at the solution itself, where only
-numbers change that depend on lengths of intervals. So nothing is solved but the plan's own problem, once, from
-it. (Where two limits meet in one point, the cost has a kink and multipliers say one of its slopes.)
+numbers change that depend on lengths of intervals. So nothing is solved but the plan's own problem, once,
+from it. (Where two limits meet in one point, the cost has a kink and multipliers say one of its slopes.)
 """
 
 from __future__ import annotations
