@@ -27,12 +27,12 @@ MAX_FACETS: Final = 400
 """Most planar pieces that the parts of a ground have: each is cut by all later ones."""
 FRICTION_MAX: Final = 10.0
 """Largest coefficient of friction: more is a slip of the pen."""
-FEET_MARGIN: Final = 0.2
+FEET_MARGIN: Final = 0.3
 """So far beyond the hull of its feet a robot stands in the way of its own sensors, m."""
 
 STANDS_ON: Final = 0.05
 """So far about the hull of its feet the ground is their plane, m: beyond it goes over into what is known."""
-RING: Final = 0.3
+RING: Final = 0.2
 """So much wider is the ring from which the ground under a robot is concluded, m."""
 
 
