@@ -368,8 +368,8 @@ class Settled:
     @property
     def motion(self) -> MotionGuess:
         """The motion that it means."""
-        trajectory = self.ready.transcribed.decode(self.best.solution.w)
-        return lambda times: trajectory.sample(times, self.ready.problem.robot)
+        trajectory, robot = self.ready.transcribed.decode(self.best.solution.w), self.ready.problem.robot
+        return lambda times: trajectory.sample(times, robot)  # it keeps no solver alive: that is large
 
 
 def _again(name: str, motion: Callable[[], MotionGuess]) -> Iterator[InitialGuess]:
