@@ -48,18 +48,24 @@ class Effort:
         rounds: of mending.
         patience: s, after which a solution is not mended any further.
         limits: of each run of a solver.
+        warm_iterations: the most of a run from near a solution.
     """
 
     starts: int = FALLBACKS
     rounds: int = ROUNDS
     patience: float = PATIENCE
     limits: Limits = field(default_factory=lambda: UNLIMITED)
+    warm_iterations: int | None = None
 
     @property
     def again(self) -> Effort:
-        """For a problem that is nearly the same as one that was solved: two starts, each soon at its end."""
-        most = min(AGAIN, self.limits["iterations"] or AGAIN)
-        return replace(self, starts=2, limits=Limits(until=self.limits["until"], iterations=most))
+        """For a problem nearly the same as one that was solved: two starts, the warm one soon ends."""
+        return replace(self, starts=2, warm_iterations=AGAIN)
+
+    def limits_of(self, start: InitialGuess) -> Limits:
+        """Of a run of a solver from a start."""
+        most = [n for n in (self.limits["iterations"], self.warm_iterations if start.warm else None) if n]
+        return Limits(until=self.limits["until"], iterations=min(most, default=None))
 
 
 USUAL = Effort()
@@ -227,7 +233,7 @@ class Attempts:
             solver = self.ready.solver
         for start, guess in guesses:
             with self._watch("solve"):
-                limits = self._effort.limits
+                limits = self._effort.limits_of(start)
                 self.done.append(_attempt(self.ready, solver, start, guess, self._progress, limits))
 
     def _side_by_side(self, guesses: Sequence[tuple[InitialGuess, Array]]) -> None:
@@ -253,7 +259,13 @@ class Attempts:
             try:
                 futures = [
                     pool.submit(
-                        _attempt, self.ready, solver, start, guess, watched(number), self._effort.limits
+                        _attempt,
+                        self.ready,
+                        solver,
+                        start,
+                        guess,
+                        watched(number),
+                        self._effort.limits_of(start),
                     )
                     for number, (solver, (start, guess)) in enumerate(zip(solvers, guesses, strict=True))
                 ]

@@ -74,6 +74,12 @@ def test_what_is_under_one_side_or_between_the_feet_is_gone_around_without_a_ste
     assert len(waypoints(found)) > 1
 
 
+def test_what_the_gait_says_beside_its_kind_stays() -> None:
+    gait = {"kind": "discover", "clearance": 0.11, "clearance_over": 0.07}
+    found = first(world([STEP], gait=gait))
+    assert (found.gait.kind, found.clearance, found.clearance_over) == ("schedule", 0.11, 0.07)
+
+
 def test_scores_rise_names_differ_and_nothing_is_proposed_twice() -> None:
     found = candidates(world([OBLIQUE]))
     assert len(found) > 5

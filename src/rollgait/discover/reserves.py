@@ -24,6 +24,9 @@ def driving(scenario: Scenario, gait: Discover) -> Scenario:
         f"bounds.{name}": value for name, value in asked.items() if getattr(scenario.bounds, name) is None
     }
     shared = {name: getattr(gait, name) for name in BaseGait.model_fields}
+    if scenario.ground.kind != "flat" and gait.clearance is None:
+        # every step leads over something; one that the solver leads beside it need be no higher
+        shared["clearance"] = scenario.clearance_over
     with_reserves = scenario.with_values({**values, "horizon": scenario.horizon})
     # not checked: on point feet it gets nowhere without its steps
     return with_reserves.model_copy(update={"gait": Drive(**shared)})

@@ -232,5 +232,5 @@ class _Rolling:
                 self.too_long.append(hurried.horizon)
                 return
             name, plan = f"{name}, hurried", hurried
-        values = gait_values(way.base, way.poses, steps, plan, self.lever)
+        values = gait_values(way.base, way.poses, steps, plan, self.scenario.gait, self.lever)
         yield Candidate(name, float(plan.horizon + STEP_TIME * len(steps) + doubt), values)

@@ -13,6 +13,7 @@ from rollgait.footing.footing import Array
 from rollgait.footing.on_terrain import regions_for, rise_max
 from rollgait.footing.pace import poses_of, turn_lever
 from rollgait.footing.route import BaseWay
+from rollgait.scenario.gait import BaseGait
 from rollgait.scenario.scenario import Scenario
 
 
@@ -31,12 +32,18 @@ def stepping_gait(scenario: Scenario, pace: Pace | None = None) -> Scenario:
     poses = poses_of(scenario)
     way = BaseWay.through(poses, turn_lever(scenario.body.stance))
     found = crossings(way, scenario.body.stance, regions_for(scenario), rise_max(scenario.body))
-    values = gait_values(way, poses, found, timed(found, way.s, lengths(way), pace or Pace()))
+    plan = timed(found, way.s, lengths(way), pace or Pace())
+    values = gait_values(way, poses, found, plan, scenario.gait)
     return scenario.with_values({key: value for key, value in values.items() if key != "goal"})
 
 
 def gait_values(
-    way: BaseWay, poses: Array, found: Sequence[Crossing], plan: Timed, lever: float = 0.0
+    way: BaseWay,
+    poses: Array,
+    found: Sequence[Crossing],
+    plan: Timed,
+    gait: BaseGait,
+    lever: float = 0.0,
 ) -> dict[str, object]:
     """What a gait along a way sets of a scenario: `gait` where it steps, `horizon`, `goal`.
 
@@ -45,11 +52,13 @@ def gait_values(
         poses: that it leads through, the start first, (n + 1, 3), m and rad.
         found: the steps.
         plan: in time.
+        gait: what else it is, e.g. its clearance.
         lever: what a turn of 1 rad counts as in the lengths of the plan, m.
     """
     length = lengths(way, lever)
     times = [plan.time_at(float(np.interp(k, way.s, length))) for k in range(1, len(poses) - 1)]
     values: dict[str, object] = {"horizon": plan.horizon, "goal": goals_along(poses[1:], times)}
     if found:
-        values["gait"] = plan.gait.model_dump(mode="json")
+        shared = {name: getattr(gait, name) for name in BaseGait.model_fields}
+        values["gait"] = plan.gait.model_copy(update=shared).model_dump(mode="json")
     return values
