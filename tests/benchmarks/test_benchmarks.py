@@ -25,6 +25,7 @@ PAGE = ROOT / "docs" / "benchmarks.md"
         ("many_goals", 2),
         ("pushes", 1),
         ("terrain", 1),
+        ("timing", 1),
         ("random_worlds", 1),
         ("flat_goals", 3),
     ],
