@@ -223,11 +223,23 @@ def test_what_does_not_join_is_refused(loop: ClosedLoop, step: rg.Plan, onward: 
     loop.mpc.follow(onward)
     with pytest.raises(InputError, match="must begin where the robot is"):
         loop.step(VelocityCommand())
+    loop.step(VelocityCommand())  # as if nothing had been
+    assert loop.mpc.progress is None
 
 
 def test_a_plan_of_another_robot_is_refused(loop: ClosedLoop, step: rg.Plan) -> None:
     with pytest.raises(InputError, match="must be of the robot"):
         loop.mpc.follow(replace(step, robot=rg.find_robot("centauro-2020")))
+
+
+def test_what_is_changed_while_a_plan_is_followed_lasts(loop: ClosedLoop, step: rg.Plan) -> None:
+    mpc = loop.mpc
+    mpc.follow(step)
+    loop.step(VelocityCommand())
+    mpc.set_bounds(friction=0.4)
+    mpc.leave()
+    assert mpc._fill.bounds == mpc.settings.bounds.model_copy(update={"friction": 0.4})
+    mpc.set_bounds(friction=mpc.settings.bounds.friction)
 
 
 # -- physics ---------------------------------------------------------------------------------------------

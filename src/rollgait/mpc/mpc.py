@@ -151,11 +151,10 @@ class Mpc:
         self._incoming = Incoming(self.settings.period, self._note, self.stop, follows)
         self._stands = False
         self._hold = StepHold(self.settings.period)
-        self._weights = self.settings.weights
+        self._weights, self._bounds = self.settings.weights, self.settings.bounds
         self._cut = ""
         self._plans: PlanFollower | None = None
         self._follows_from_next = False
-        self._own_bounds = self.settings.bounds
         self._wanted: Wanted | None = None
 
     def _build(self, ground: LevelGround | TerrainGround) -> None:
@@ -175,8 +174,7 @@ class Mpc:
         """Goes on with another kind of ground: same robot, weights and bounds, same plan."""
         before = self._fill
         self._build(ground)
-        self._fill.set_weights(self._weights)
-        self._fill.set_bounds(before.bounds)
+        self._put_settings()
         self._take_robot(before.robot)
         self._fill.take_stance(before)
 
@@ -185,7 +183,7 @@ class Mpc:
     @property
     def wanted(self) -> tuple[float, float, float]:
         """Forward and lateral velocity (m/s) and yaw rate (rad/s) that the reference has now."""
-        if self._plans is not None and not self._plans.clock.held:
+        if self._plans is not None and not self._follows_from_next and not self._plans.clock.held:
             return self._plans.twist(self._now)
         return self._reference.twist
 
@@ -200,13 +198,29 @@ class Mpc:
     def set_weights(self, **weights: float) -> None:
         """Weights of costs by name, as in `MpcWeights`."""
         self._weights = type(self._weights)(**(self._weights.model_dump() | weights))
-        self._fill.set_weights(self._weights)
+        self._put_settings()
 
     def set_bounds(self, **bounds: float) -> None:
         """Bounds by name, as in `MpcBounds`; the workspace itself stays as it was built."""
         for name in FROM_THE_START.intersection(bounds):
             raise InputError(f"bounds.{name}", bounds[name], "must be given when the controller is built")
-        self._fill.set_bounds(type(self.settings.bounds)(**(self._fill.bounds.model_dump() | bounds)))
+        before, self._bounds = self._bounds, type(self._bounds)(**(self._bounds.model_dump() | bounds))
+        try:
+            self._put_settings()
+        except InputError:
+            self._bounds = before
+            raise
+
+    def _put_settings(self) -> None:
+        """Weights and bounds as they are to be now."""
+        weights, bounds = self._weights, self._bounds
+        if self._plans is not None:
+            weights = weights.model_copy(update=FOLLOWING)
+            bounds = bounds.model_copy(
+                update={name: FOLLOWING_ROOM * getattr(bounds, name) for name in ROOMY}
+            )
+        self._fill.set_weights(weights)
+        self._fill.set_bounds(bounds)
 
     def set_ground(self, ground: Terrain | ArrayLike) -> None:
         """The ground: a terrain, or a height in m, one or one for each foot (4,).
@@ -281,15 +295,15 @@ class Mpc:
             check_joins(paths[0], self._last.end, "where the robot is")
         self._forget_plans()
         self._plans = PlanFollower(paths, self._reference, self.settings.period, self.note)
-        self._fill.set_weights(self._weights.model_copy(update=FOLLOWING))
-        self._own_bounds = bounds = self._fill.bounds
-        roomy = {name: FOLLOWING_ROOM * getattr(bounds, name) for name in ROOMY}
-        self._fill.set_bounds(bounds.model_copy(update=roomy))
+        self._put_settings()
         self._follows_from_next = True
 
     def leave(self) -> None:
         """Follows plans no longer: commands count again, in the gait of the last beginning."""
-        if self._plans is not None and not self._follows_from_next:
+        if self._plans is not None and self._last is not None and not self._follows_from_next:
+            end = self._last.end
+            x, y, yaw = float(end.com_position[0]), float(end.com_position[1]), float(end.euler[0])
+            self._reference.begin_at((x, y, yaw), self.wanted)
             self.clock.request(self._gait, self._now)
         self._forget_plans()
 
@@ -303,8 +317,7 @@ class Mpc:
     def _forget_plans(self) -> None:
         if self._plans is not None:
             self._plans = None
-            self._fill.set_weights(self._weights)
-            self._fill.set_bounds(self._own_bounds)
+            self._put_settings()
             self._fill.restore_stance()
 
     def _advance_plans(self, state: RobotState, touching: NDArray[np.bool_] | None) -> None:
@@ -313,7 +326,11 @@ class Mpc:
             return
         if self._follows_from_next:
             self._follows_from_next = False
-            self.clock = self._plans.begin(state)
+            try:
+                self.clock = self._plans.begin(state)
+            except InputError:
+                self._forget_plans()
+                raise
         self.clock = self._plans.update(state, touching)
 
     # -- a step ------------------------------------------------------------------------------------------
