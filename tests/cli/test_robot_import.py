@@ -1,5 +1,6 @@
 """From a bare URDF to a robot on its feet in MuJoCo, in two commands; what is corrected in between counts."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -65,6 +66,24 @@ def test_corrected_legs_are_read(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["robot", "import", f"{name}.urdf"]) == 0
     assert rg.find_robot(f"{name}-robot.yaml").legs.FL.wheel_radius == 0.12
     assert "radius: 0.12" in legs.read_text()
+
+
+def test_a_radius_that_no_one_but_its_owner_knows(capsys: pytest.CaptureFixture[str]) -> None:
+    """A wheel whose mesh is missing: the legs are named, and only the radius is to be added."""
+    name = "fixed-plain"
+    urdf = Path(bare(name))
+    mesh = '<mesh filename="package://none/wheel.stl"/>'
+    urdf.write_text(re.sub(r'<cylinder radius="0.1"[^>]*>', mesh, urdf.read_text()))
+    assert run(["robot", "import", str(urdf)]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert f"{name}-legs.yaml names the legs" in said
+    legs = Path(f"{name}-legs.yaml")
+    legs.write_text(re.sub(r"(wheel_joint: \w+)", r"\1, radius: 0.11", legs.read_text()))
+    assert run(["robot", "import", str(urdf)]) == 0
+    robot = rg.find_robot(f"{name}-robot.yaml")
+    assert robot.legs.HR.wheel_radius == 0.11
+    assert robot.legs.HR.stance[1] == pytest.approx(-LOOKALIKES[name].half_track, abs=0.01)
 
 
 def test_a_wrong_urdf_leaves_nothing_behind(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

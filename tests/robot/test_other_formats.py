@@ -157,18 +157,29 @@ def test_mjcf_that_is_wrong_is_one_sentence(odd: Path) -> None:
         read_urdf(odd)
 
 
+XACRO = """<robot name="box" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="m" value="2"/>
+<link name="a"><inertial><mass value="${2 * m}"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+
+
+def test_only_an_import_expands_xacro(tmp_path: Path) -> None:
+    """It holds expressions; opening a robot that names one must not evaluate them."""
+    file = tmp_path / "box.urdf.xacro"
+    file.write_text(XACRO)
+    with pytest.raises(InputError, match=r"is a xacro file: .* xacro box.urdf.xacro > box-expanded.urdf"):
+        read_urdf(file)
+    assert list(tmp_path.iterdir()) == [file]
+
+
 def test_xacro_is_expanded_where_a_package_does_that(tmp_path: Path) -> None:
     pytest.importorskip("xacro")
-    file = tmp_path / "box.xacro"
-    file.write_text(
-        '<robot name="box" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="m" value="2"/>'
-        '<link name="a"><inertial><mass value="${2 * m}"/>'
-        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
-    )
-    assert float(read_urdf(file).links["a"].find("inertial/mass").get("value")) == 4.0
-    file.write_text(file.read_text().replace("2 * m", "2 * n"))
+    file = tmp_path / "box.urdf.xacro"
+    file.write_text(XACRO)
+    assert model_file(file) == tmp_path / "box-expanded.urdf"
+    assert float(read_urdf(model_file(file)).links["a"].find("inertial/mass").get("value")) == 4.0
+    file.write_text(XACRO.replace("2 * m", "2 * n"))
     with pytest.raises(InputError, match=r"refuses: .*n"):
-        read_urdf(file)
+        model_file(file)
 
 
 def test_names_of_public_robots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -38,10 +38,7 @@ def test_what_is_taken_for_what(look: Lookalike, imported: ImportedRobot) -> Non
     robot = imported.robot
     assert {leg.foot for leg in robot.leg_list} == {look.foot}
     assert robot.mass == pytest.approx(look.mass, rel=1e-4)
-    if look.foot == "point":
-        assert {leg.radius for _, leg in imported.body.leg_list()} == {look.radius}
-    else:
-        assert [leg.wheel_radius for leg in robot.leg_list] == pytest.approx([look.radius] * 4)
+    assert [leg.wheel_radius for leg in robot.leg_list] == pytest.approx([look.radius] * 4)
     assert robot.stance[:, 1] == pytest.approx(LEFT * look.half_track, abs=0.01 * look.scale)
     said = {finding.name: finding for finding in imported.findings}
     assert ("meshes" in said) == look.meshes

@@ -101,7 +101,7 @@ def test_fixed_wheels_and_point_feet() -> None:
     assert roller.legs.FL.speed_max == pytest.approx(30.0 * 0.1)  # wheel joint's limit times radius
     hyq = import_robot(load_whole_body(FIXTURES / "hyq.yaml")).robot
     assert {leg.foot for leg in hyq.leg_list} == {"point"}
-    assert all(leg.wheel_radius is None for leg in hyq.leg_list)
+    assert [leg.wheel_radius for leg in hyq.leg_list] == pytest.approx([0.02175] * 4)
 
 
 def test_the_box_is_reachable_all_over() -> None:

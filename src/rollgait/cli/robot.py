@@ -10,7 +10,8 @@ import typer
 from rollgait.cli.arguments import AsJson
 from rollgait.cli.output import print_json, print_table
 from rollgait.cli.usage import Commands
-from rollgait.files import check_writable
+from rollgait.errors import InputError
+from rollgait.files import check_writable, replacing
 
 app = typer.Typer(cls=Commands, rich_markup_mode=None, help="Show robots; make them from models.")
 
@@ -68,7 +69,14 @@ def import_(
         legs = earlier if earlier.is_file() else None
     if out is not None:
         check_writable(out)
-    found = import_robot(place, legs=legs, srdf=srdf, posture=posture)
+    try:
+        found = import_robot(place, legs=legs, srdf=srdf, posture=posture)
+    except InputError as error:
+        if earlier is None or earlier.is_file() or not error.field.startswith("legs."):
+            raise
+        _write_outline(place, earlier)
+        rule = f"{error.rule}; {earlier} names the legs that were found: give it there, and import again"
+        raise InputError(error.field, error.value, rule) from None
     written = None if out is None else found.save(out)
     if as_json:
         data = found.robot.model_dump(mode="json", exclude_none=True)
@@ -88,6 +96,13 @@ def import_(
     if earlier is not None:
         print(f"legs:    {earlier}: correct there what is wrong, and import again")
     print(f"next:    rollgait run {written.first}")
+
+
+def _write_outline(model: Path, file: Path) -> None:
+    from rollgait.robot.urdf_discovery import outline
+
+    with replacing(file) as temporary:
+        temporary.write_text(outline(model), encoding="utf-8")
 
 
 def _is_bare(model: Path) -> bool:

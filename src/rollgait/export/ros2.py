@@ -187,7 +187,12 @@ class _Builder:
             turn = base.inv() * self._wheel(index, leg)
             within = base.inv().apply(centre - s.base_position[index])
             parts.append(
-                (BASE, f"{name}_wheel" if self._radius[leg] else f"{name}_foot", within, turn.as_quat())
+                (
+                    BASE,
+                    f"{name}_wheel" if s.robot.leg_list[leg].has_wheel else f"{name}_foot",
+                    within,
+                    turn.as_quat(),
+                )
             )
         transforms = [
             self._make(
@@ -281,12 +286,12 @@ class _Builder:
         pose = self._pose(s.com_position[index], Rotation.from_euler("ZYX", s.euler[index]).as_quat())
         markers = [self._marker(index, "body", 0, _CUBE, pose, body, (0.25, 0.27, 0.3))]
         for leg, colour in enumerate(COLOURS):
-            place, radius = s.foot_position[index, leg], self._radius[leg]
-            size = radius or 0.035
+            place, is_wheel = s.foot_position[index, leg], robot.leg_list[leg].has_wheel
+            size = self._radius[leg] or 0.035
             turn = self._wheel(index, leg) * Rotation.from_euler("X", np.pi / 2)
             pose = self._pose(place + np.array([0.0, 0.0, size]), turn.as_quat())
-            shape = _CYLINDER if radius else _SPHERE
-            extent = np.array([2 * size, 2 * size, 0.5 * size if radius else 2 * size])
+            shape = _CYLINDER if is_wheel else _SPHERE
+            extent = np.array([2 * size, 2 * size, 0.5 * size if is_wheel else 2 * size])
             markers.append(self._marker(index, "feet", leg, shape, pose, extent, colour))
             ends = [place, place + FORCE_SCALE * s.force[index, leg]]
             arrow = self._marker(

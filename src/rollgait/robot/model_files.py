@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from rollgait.errors import FileError
+from rollgait.robot.xacro_files import expand, is_xacro
+from rollgait.robot.xml_files import read_xml
 
 PUBLIC: Final = "robot_descriptions"
 """A package of public robots, each a module that fetches its files when it is imported first."""
@@ -22,12 +24,22 @@ PATHS: Final = ("URDF_PATH", "XACRO_PATH", "MJCF_PATH")
 def model_file(model: str | Path) -> Path:
     """The file of a robot: as given, or that of a public robot of this name, where that package is there.
 
+    A xacro file is expanded: the file is the URDF that is written beside it.
+
     Args:
         model: a path; or a name such as `go2_description` or `go2`, which no file and no folder has.
 
     Raises:
-        FileError: the package knows the robot, but its files cannot be had.
+        FileError: the package knows the robot, but its files cannot be had; or a file is no XML, or xacro
+            that cannot be expanded.
     """
+    path = _named(model)
+    if not path.is_file() or path.suffix in (".yaml", ".yml") or not is_xacro(read_xml("urdf", path)):
+        return path
+    return expand(path)
+
+
+def _named(model: str | Path) -> Path:
     path = Path(model)
     name = str(model)
     if path.exists() or not name.isidentifier() or importlib.util.find_spec(PUBLIC) is None:

@@ -38,6 +38,10 @@ GRAVITY = 9.81
 """Standard of this package, m/s² (the paper's value); acts along −z of the world."""
 
 
+BALL_LARGEST: Final = 0.05
+"""Largest radius of the ball of a point foot, m; one with a larger radius is a locked wheel."""
+
+
 class Inertia(Config):
     """Inertia tensor about the CoM in base axes, kg·m²: constant in the base frame, not in the world."""
 
@@ -135,6 +139,11 @@ class Leg(Config):
     def foot_radius(self) -> float:
         """R of the wheel, or of the ball of a point foot, m."""
         return self.wheel_radius or 0.0
+
+    @property
+    def has_wheel(self) -> bool:
+        """Whether it stands on a wheel, be it locked, not on a ball or a tip."""
+        return self.foot_radius > (BALL_LARGEST if self.foot == "point" else 0.0)
 
     @model_validator(mode="after")
     def _is_complete(self) -> Leg:

@@ -155,9 +155,10 @@ def _leg(
         "stance": [round(float(stance.feet[leg, 0]), 5), round(float(stance.feet[leg, 1]), 5), height],
         "force_max": choices.force_max or round(model.mass * 9.81, 0),
     }
+    if chain.radius > 0.0:
+        data["wheel_radius"] = chain.radius
     if chain.wheel is not None:
         limit = model.velocity_max[chain.wheel - BASE_V] * chain.radius
-        data["wheel_radius"] = chain.radius
         data["speed_max"] = choices.speed_max or (
             round(float(limit), 4) if np.isfinite(limit) else SPEED_UNKNOWN
         )
@@ -233,7 +234,7 @@ def _findings(
         if shape.centre.any():
             where = f"in the frame {getattr(body.legs, chain.name).frame}"
             found.append(Finding(f"{what} centre {chain.name}", _list(shape.centre, "m"), where))
-    if first.wheel_radius is not None:
+    if first.foot != "point":
         limited = all(
             np.isfinite(model.velocity_max[c.wheel - BASE_V]) for c in model.legs if c.wheel is not None
         )

@@ -48,6 +48,16 @@ def discover(file: Path) -> WholeBody:
     return validate(WholeBody, data)
 
 
+def outline(file: Path) -> str:
+    """The file of the legs as far as their names go: where a figure is missing that no one but people knows.
+
+    Raises:
+        InputError: the URDF is wrong, or it does not tell which are its legs.
+    """
+    legs = {name: leg.described() for name, leg in find_legs(read_urdf(file)).items()}
+    return _HEAD + dump_yaml({"name": robot_name(file), "urdf": str(file.absolute()), "legs": legs})
+
+
 def described(body: WholeBody) -> str:
     """The file of the legs, as text for people to correct."""
     data = body.model_dump(mode="json", exclude_none=True, exclude_defaults=True)

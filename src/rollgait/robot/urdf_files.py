@@ -13,7 +13,7 @@ from typing import Final
 from rollgait.errors import FileError, InputError, UnknownNameError, shown
 from rollgait.robot.mjcf import urdf_of_mjcf
 from rollgait.robot.urdf_check import check_urdf, decimal
-from rollgait.robot.xacro_files import expanded, is_xacro
+from rollgait.robot.xacro_files import is_xacro, refusal
 from rollgait.robot.xml_files import read_xml
 
 UNLIMITED: Final = 1e9
@@ -131,7 +131,7 @@ class Urdf:
 
 
 def read_urdf(path: str | Path) -> Urdf:
-    """Reads, judges and repairs a URDF, or what MJCF or a xacro file becomes as one.
+    """Reads, judges and repairs a URDF, or what MJCF becomes as one.
 
     Raises:
         FileError: it cannot be read, is no URDF, or describes what no body can be.
@@ -142,7 +142,7 @@ def read_urdf(path: str | Path) -> Urdf:
     if root.tag == "mujoco":
         root = urdf_of_mjcf(file)
     elif is_xacro(root):
-        root = expanded(file)
+        raise refusal(file)
     if root.tag != "robot" or root.find("link") is None:
         raise FileError("urdf", str(file), "is not a URDF: it has no robot with links")
     check_urdf(file, root)

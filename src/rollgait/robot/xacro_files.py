@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import importlib
 import xml.etree.ElementTree as ET
-from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
 
 from rollgait.errors import FileError
+from rollgait.files import replacing
 
 NAMESPACES: Final = (
     "{http://www.ros.org/wiki/xacro}",
@@ -16,6 +16,9 @@ NAMESPACES: Final = (
     "{https://www.ros.org/wiki/xacro}",
 )
 """Begin the tags of a file that is yet to be expanded."""
+
+EXPANDED: Final = "-expanded.urdf"
+"""Ends the name of a URDF that an import has written beside its xacro file."""
 
 REASON_MAX: Final = 200
 """Most characters of the package's own words in a message."""
@@ -26,18 +29,30 @@ def is_xacro(root: ET.Element) -> bool:
     return any(str(part.tag).startswith(NAMESPACES) for part in root.iter())
 
 
-def expanded(file: Path) -> ET.Element:
-    """The URDF that a xacro file stands for, with the defaults of its arguments.
+def expand(file: Path) -> Path:
+    """Writes the URDF that a xacro file stands for, with the defaults of its arguments, beside it.
+
+    Asked for by an import only: such files hold expressions, and what else opens a robot runs none.
 
     Raises:
-        FileError: no package that expands it is installed, or that one does not understand it.
+        FileError: no package that expands it is installed, that one does not understand it, or the URDF
+            cannot be written.
     """
-    return ET.fromstring(_text(file.absolute(), file.stat().st_mtime_ns))
+    urdf = file.with_name(f"{_plain(file)}{EXPANDED}")
+    text = _text(file)
+    with replacing(urdf) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return urdf
 
 
-@lru_cache(maxsize=8)
-def _text(file: Path, written: int) -> str:
-    """The URDF of a file that was written at this time, ns."""
+def refusal(file: Path) -> FileError:
+    """What to do with a xacro file where a URDF must be."""
+    command = f"xacro {file.name} > {_plain(file)}{EXPANDED}"
+    rule = "is a xacro file: pip install xacrodoc, and rollgait robot import expands it; or run"
+    return FileError("urdf", str(file), f"{rule} {command} and give the file that it writes")
+
+
+def _text(file: Path) -> str:
     for name in ("xacrodoc", "xacro"):
         try:
             package: Any = importlib.import_module(name)
@@ -50,12 +65,9 @@ def _text(file: Path, written: int) -> str:
         except Exception as error:  # the package's own, and whatever an expression in the file raises
             reason = " ".join(str(error).split())[:REASON_MAX]
             raise FileError("urdf", str(file), f"is a xacro file that {name} refuses: {reason}") from None
-    command = f"xacro {file.name} > {_plain(file)}"
-    rule = f"is a xacro file: pip install xacrodoc, or run {command} and give the file that it writes"
-    raise FileError("urdf", str(file), rule)
+    raise refusal(file)
 
 
 def _plain(file: Path) -> str:
-    """A name for the URDF that comes out of a xacro file."""
-    name = file.name.removesuffix(".xacro").removesuffix(".urdf")
-    return f"{name}.urdf" if file.name != f"{name}.urdf" else f"{name}-expanded.urdf"
+    """The name of a xacro file without what it ends in."""
+    return file.name.removesuffix(".xacro").removesuffix(".urdf")

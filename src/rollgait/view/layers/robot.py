@@ -15,7 +15,7 @@ from rollgait.view.rotations import from_z_to, matrix_from_axis, matrix_from_eul
 LEG_RADIUS = 0.017
 """m"""
 POINT_FOOT = 0.035
-"""Radius at which a point foot is drawn, m."""
+"""Radius at which a point foot is drawn of which none is known, m."""
 BODY_COLOUR = "#3A3F47"
 LEG_COLOUR = "#7A828C"
 TYRE_COLOUR = "#22252A"
@@ -76,7 +76,7 @@ class Robot(Layer):
     def _feet(self) -> None:
         """Wheels that turn, all in one batch per part, as each object costs time; balls for point feet."""
         legs = self.clip.robot.leg_list
-        self._wheel_legs = [i for i, leg in enumerate(legs) if leg.wheel_radius is not None]
+        self._wheel_legs = [i for i, leg in enumerate(legs) if leg.has_wheel]
         self.wheels = []
         if self._wheel_legs:
             tyres = linear([self.look.of(TYRE_COLOUR)] * len(self._wheel_legs))
@@ -85,7 +85,7 @@ class Robot(Layer):
         self.balls = []
         vertices, faces = shapes.ball()
         for leg in set(range(4)) - set(self._wheel_legs):
-            shape = vertices * POINT_FOOT, faces
+            shape = vertices * (legs[leg].wheel_radius or POINT_FOOT), faces
             colour = self.look.leg(leg)
             ball = Moving(self.scene, self.at(f"foot{leg}"), shape, colour, opacity=self.look.opacity)
             self.balls.append((leg, ball))
@@ -130,8 +130,8 @@ def _radii(clip: Clip) -> Array:
 
 def _ankles(clip: Clip) -> Array:
     """Where the legs end: at the top of the wheel or in the ball, (n, 4, 3), m."""
-    top = [1.6 * leg.wheel_radius if leg.wheel_radius else POINT_FOOT for leg in clip.robot.leg_list]
-    return np.asarray(clip.samples.foot_position + [0.0, 0.0, 1.0] * np.array(top)[:, None])
+    share = np.array([1.6 if leg.has_wheel else 1.0 for leg in clip.robot.leg_list])
+    return np.asarray(clip.samples.foot_position + [0.0, 0.0, 1.0] * (share * _radii(clip))[:, None])
 
 
 def _headings(clip: Clip) -> Array:
