@@ -1,4 +1,4 @@
-"""What viser's page gets of ours before it is sent: its title, dark where that is preferred, room on phones."""
+"""What viser's page gets of ours before it is sent: its title, dark if preferred, room on phones."""
 
 from __future__ import annotations
 
@@ -14,7 +14,15 @@ PREFERENCE: Final = (
     '{darkMode: matchMedia("(prefers-color-scheme: dark)").matches};</script>'
 )
 """Viser's page reads this when it begins."""
-LOOK: Final = "<style>:root{color-scheme:light dark}</style>"
+LOOK: Final = """<style>
+:root { color-scheme: light dark }
+@media (prefers-color-scheme: dark) { canvas[data-engine] { background: #c3cad3 } }
+@media (max-width: 36em) {
+  div[style*="width: 20em"] { width: 100% !important }
+  div[style*="width: 20em"][style*="max-height"] { max-height: 50% !important }
+}
+</style>"""
+"""Paths are black, so the sky is never dark; on a phone the controls take the lower half."""
 
 
 class Dress:
