@@ -14,6 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 import rollgait as rg
+from rollgait.attempts import FALLBACKS
 from rollgait.errors import UnknownNameError
 from rollgait.ocp.term import END, Data
 from rollgait.plan.samples import Samples
@@ -279,8 +280,12 @@ def test_what_progress_raises_comes_through(error: type[BaseException]) -> None:
 
 
 def test_no_solution_is_an_error_that_carries_the_iterate(planned: Planned, tmp_path: Path) -> None:
+    tasks: list[str] = []
     with pytest.raises(rg.NotSolvedError, match=r"worst: .* at t = ") as caught:
-        planned(asked(bounds={"force_max": 100.0}))
+        planned(asked(bounds={"force_max": 100.0}), progress=lambda each: tasks.append(each.task))
+    assert tasks[0] == "solving"
+    said = [task for task in dict.fromkeys(tasks) if task.startswith("solving, start")]
+    assert said == [f"solving, start {number} of {FALLBACKS}" for number in range(2, 2 + len(said))]
     iterate = caught.value.plan
     assert isinstance(iterate, rg.Plan)
     assert not iterate.solved

@@ -20,6 +20,7 @@ from rollgait.ocp.problem import Problem
 from rollgait.plan.plan import StartResult
 from rollgait.solvers import SOLVER_NAMES, Iteration, Progress, Solution, Solver, make_solver
 from rollgait.solvers.code_store import store_for
+from rollgait.solvers.solution import saying
 from rollgait.starts import InitialGuess
 from rollgait.stopwatch import Stopwatch
 from rollgait.transcription import TRANSCRIPTION_NAMES, transcribe
@@ -232,9 +233,12 @@ class Attempts:
         with self._watch("build"):
             solver = self.ready.solver
         for start, guess in guesses:
+            number, most = len(self.done) + 1, max(FALLBACKS, len(self.done) + len(guesses))
+            said = saying(f"solving, start {number} of {most}", self._progress)
             with self._watch("solve"):
                 limits = self._effort.limits_of(start)
-                self.done.append(_attempt(self.ready, solver, start, guess, self._progress, limits))
+                progress = said if number > 1 else self._progress
+                self.done.append(_attempt(self.ready, solver, start, guess, progress, limits))
 
     def _side_by_side(self, guesses: Sequence[tuple[InitialGuess, Array]]) -> None:
         """Solves on the cores there are, if the solver can run more than once at a time; Ctrl-C ends all."""

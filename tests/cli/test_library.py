@@ -17,7 +17,7 @@ from rollgait.scenario import Scenario, find_scenario, scenario_names
 
 COMMANDS = ("plan", "many", "check", "plot", "export", "scenarios", "robots", "show", "cache")
 EVERY_COMMAND = (
-    *(*COMMANDS, "search", "track", "simulate", "run", "mpc", "view", "drive", "record"),
+    *(*COMMANDS, "search", "execute", "track", "simulate", "run", "mpc", "view", "drive", "record"),
     *("robot import", "robot show", "ground show"),
 )
 ROOT = Path(__file__).parents[2]

@@ -204,7 +204,7 @@ def uuid_of(page: Viewer, label: str) -> str:
 def start_of(page: Viewer, size: int, parts: int) -> dict[str, Any]:
     return {
         "type": "FileTransferStartUpload",
-        "source_component_uuid": uuid_of(page, "Open a plan, joints or a log"),
+        "source_component_uuid": uuid_of(page, "Open a plan, joints, a log or a scenario"),
         "transfer_uuid": "mine",
         "filename": "bomb.npz",
         "mime_type": "",

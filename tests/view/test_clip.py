@@ -10,7 +10,7 @@ import pytest
 
 import rollgait
 from rollgait.cli.app import run
-from rollgait.errors import FileError
+from rollgait.errors import FileError, InputError
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.scenario import find_scenario
 from rollgait.view.clip import clip_of_joints, clip_of_log, clip_of_plan, frame_times
@@ -22,6 +22,7 @@ from rollgait.view.opening import open_clip
 from rollgait.view.paths import TOLERANCE, segments_of
 from rollgait.view.plots import cursor, draw, plots_of
 from rollgait.view.shapes import ball, cylinder, prism, revolved, rim, tyre
+from rollgait.view.standing_clip import clip_of_scenario, scenario_from_page
 from tests.view.builders import motion_plan
 
 PLAN = motion_plan(find_scenario("hybrid-forward"))
@@ -195,3 +196,32 @@ def test_a_port_must_be_one(port: str, tmp_path: Path, capsys: pytest.CaptureFix
     path = PLAN.save(tmp_path / "plan.npz")
     assert run(["view", str(path), f"--port={port}"]) == 2
     assert "[0, 65535]" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["hybrid-goback", "stairs"])
+def test_a_scenario_stands_still_on_its_ground_at_its_start(name: str) -> None:
+    scenario = find_scenario(name)
+    clip = clip_of_scenario(scenario, name)
+    s, start = clip.samples, scenario.start
+    for values in (s.com_position, s.euler, s.foot_position):
+        assert np.ptp(values, axis=0).max() == 0.0
+    np.testing.assert_allclose(s.com_position[0, :2], [start.x, start.y], atol=1e-9)
+    x, y, z = s.foot_position[0].T
+    assert (z >= clip.terrain.height(x, y) - 1e-6).all()
+    np.testing.assert_allclose(s.force[0].sum(axis=0), [0.0, 0.0, clip.robot.weight], atol=1e-6)
+    assert len(clip.goals) == 1 + len(scenario.goal.then)
+    assert clip.horizon == pytest.approx(scenario.horizon)
+
+
+def test_a_scenario_in_a_file_opens_and_what_is_wrong_with_it_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "mine.yaml"
+    file.write_text(find_scenario("wheeled").to_yaml(brief=True))
+    assert open_clip(file).scenario == find_scenario("wheeled")
+    for content, said in (
+        (b"robot: secret.yaml\ngoal: {x: 1}", "names a file"),
+        (b"\xff\xfe", "not text"),
+        (b"- 1", "mapping"),
+        (b"robot: centauro\ngoal: {x: far}", "goal.x"),
+    ):
+        with pytest.raises(InputError, match=said):
+            scenario_from_page(content, "x.yaml")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import http.client
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -211,13 +213,79 @@ def test_an_uploaded_file_that_cannot_be_shown_is_refused(
     shown = viewer.clip
     page.get_by_role("tab", name="Files").click()
     with page.expect_file_chooser() as chooser:
-        page.get_by_role("button", name="Open a plan, joints or a log").click()
+        page.get_by_role("button", name="Open a plan, joints, a log or a scenario").click()
     chooser.value.set_files(path)
     note = page.get_by_text(said)
     note.wait_for()
     assert "mine.npz" in note.inner_text()
     assert str(tmp_path) not in note.inner_text()
     assert viewer.clip is shown
+
+
+def test_a_saved_scenario_is_short_and_can_be_opened_again(page: Any, viewer: Viewer, tmp_path: Path) -> None:
+    viewer.show(clip_of_plan(motion_plan(SCENARIO), "by hand"))
+    page.get_by_role("tab", name="Plan").click()
+    wanted = viewer.panel.scenario().resolved()
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Save scenario").click()
+    saved = tmp_path / "mine.yaml"
+    download.value.save_as(saved)
+    assert len(saved.read_text().splitlines()) < 25
+    assert "robot: centauro\n" in saved.read_text()
+    page.get_by_role("tab", name="Files").click()
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Open a plan, joints, a log or a scenario").click()
+    chooser.value.set_files(saved)
+    wait_until(lambda: viewer.clip.name == "mine")
+    page.get_by_text("nothing is planned yet").wait_for()
+    assert viewer.panel.scenario().resolved().to_yaml() == wanted.to_yaml()
+
+
+def test_a_scenario_from_a_page_names_no_file_of_this_machine(
+    page: Any, viewer: Viewer, tmp_path: Path
+) -> None:
+    path = tmp_path / "evil.yaml"
+    path.write_text("robot: /etc/robots/secret.yaml\ngoal: {x: 1}\n")
+    shown = viewer.clip
+    page.get_by_role("tab", name="Files").click()
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Open a plan, joints, a log or a scenario").click()
+    chooser.value.set_files(path)
+    page.get_by_text("names a file").wait_for()
+    assert viewer.clip is shown
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_phone_has_controls_of_its_own_width_in_its_own_colours(
+    page: Any, viewer: Viewer, scheme: str
+) -> None:
+    phone = page.context.new_page()
+    try:
+        phone.set_viewport_size({"width": 390, "height": 844})
+        phone.emulate_media(color_scheme=scheme)
+        phone.goto(viewer.url)
+        phone.get_by_text(viewer.clip.name).first.wait_for()
+        assert phone.title() == "rollgait"
+        button = phone.get_by_role("button", name="Play", exact=True)
+        box = button.bounding_box()
+        assert box["width"] > 350
+        assert box["y"] > 420  # the upper half is the picture's
+        background = phone.evaluate("getComputedStyle(document.body).backgroundColor")
+        brightness = sum(int(part) for part in re.findall(r"\d+", background)[:3]) / 3.0
+        assert (brightness < 100.0) == (scheme == "dark")
+    finally:
+        phone.close()
+
+
+def test_head_is_answered_like_get_without_its_body(viewer: Viewer) -> None:
+    connection = http.client.HTTPConnection("127.0.0.1", viewer.server.get_port(), timeout=10)
+    try:
+        connection.request("HEAD", "/")
+        answer = connection.getresponse()
+        assert (answer.status, answer.read()) == (200, b"")
+        assert int(answer.headers["Content-Length"]) > 100_000
+    finally:
+        connection.close()
 
 
 def test_a_port_in_use_is_refused(viewer: Viewer, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -58,7 +58,9 @@ def execute(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Let the controller carry out plans, one after the other, and report how near it came to them.
+    """Let the controller carry out plans, one after the other.
+
+    Reports how near it came to them.
 
     Exit status: 0 if the robot carries them out on its feet, 1 if it falls, stands for good or gives up, or a
     plan is not certified, 2 wrong input.

@@ -5,22 +5,34 @@ from __future__ import annotations
 import threading
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rollgait.errors import InputError, MissingExtraError
+
+if TYPE_CHECKING:
+    from rollgait.view.clip import Clip
 
 MotionFile = Annotated[
     Path, typer.Argument(metavar="FILE", help="A plan, a joint trajectory or a log (.npz).")
 ]
 Port = Annotated[str, typer.Option(metavar="PORT", help="Port of the page; 0 takes a free one.")]
 DEFAULT_PORT = "8080"
+FIRST = "hybrid-forward"
+"""Scenario that the page begins with if no file is given."""
 LOOPBACK = "127.0.0.1"
 
 
 def view(
-    file: MotionFile,
+    file: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="[FILE]",
+            help="A plan, a joint trajectory or a log (.npz), or a scenario (.yaml) to be planned. "
+            f"Default: the scenario {FIRST}.",
+        ),
+    ] = None,
     compare: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Another one, to be shown as a ghost.")
     ] = None,
@@ -38,7 +50,7 @@ def view(
     from rollgait.view.gate.access import is_loopback
     from rollgait.view.viewer import view as open_view
 
-    viewer = open_view(file, compare, host=host, port=number)
+    viewer = open_view(_first() if file is None else file, compare, host=host, port=number)
     print(f"{viewer.clip.name}: {viewer.clip.verdict}")
     print(f"open {viewer.url} in a browser; Ctrl-C ends")
     if not is_loopback(host):
@@ -49,6 +61,13 @@ def view(
         print()
     finally:
         viewer.close()
+
+
+def _first() -> Clip:
+    from rollgait.scenario import find_scenario
+    from rollgait.view.standing_clip import clip_of_scenario
+
+    return clip_of_scenario(find_scenario(FIRST), FIRST)
 
 
 def port_from(text: str) -> int:

@@ -300,9 +300,43 @@ class Scenario(Shown, Config):
         """The scenario as plain data."""
         return self.model_dump(mode="json")
 
-    def to_yaml(self) -> str:
-        """The scenario as YAML text."""
-        return dump_yaml(_without_none(self.to_dict()))
+    def to_yaml(self, brief: bool = False) -> str:
+        """The scenario as YAML text; `brief` leaves out what is a default anyway."""
+        return dump_yaml(_without_none(self.to_brief_dict() if brief else self.to_dict()))
+
+    def to_brief_dict(self) -> dict[str, Any]:
+        """The scenario as plain data without its defaults, a robot of the library by its name."""
+        full = self.to_dict()
+        brief: dict[str, Any] = {"description": self.description} if self.description else {}
+        brief["robot"] = full["robot"]
+        if isinstance(self.robot, Robot) and self.robot == _in_library(self.robot.name):
+            brief["robot"] = self.robot.name
+        if self.start != Start():
+            brief["start"] = self.start.model_dump(mode="json", exclude_defaults=True)
+        brief["goal"] = self.goal.model_dump(mode="json", exclude_defaults=True)
+        brief |= {"horizon": self.horizon, "interval": self.interval, "profile": self.profile}
+        usual = self.model_copy(
+            update={
+                "weights": Weights(),
+                "bounds": Bounds(),
+                "gait": self.gait.model_copy(update={"clearance": None, "clearance_over": None}),
+            }
+        )
+        gait = self.gait.model_dump(mode="json", exclude_defaults=True)
+        for name in ("clearance", "clearance_over"):
+            if gait.get(name) == getattr(usual, name):
+                del gait[name]
+        brief["gait"] = {"kind": self.gait.kind, **gait}
+        if self.ground != Ground():
+            brief["ground"] = full["ground"]
+        for group in ("weights", "bounds"):
+            own = {
+                name: value
+                for name, value in full[group].items()
+                if value is not None and getattr(getattr(self, group), name) != usual.value_of(group, name)
+            }
+            brief |= {group: own} if own else {}
+        return brief
 
     # -- rules that need the robot --
 
@@ -410,6 +444,13 @@ def _discovers(gait: Any) -> bool:
     """Whether data of a gait are those of `discover`."""
     kind = gait.get("kind") if isinstance(gait, Mapping) else getattr(gait, "kind", gait)
     return bool(kind == Discover.model_fields["kind"].default)
+
+
+def _in_library(name: str) -> Robot | None:
+    try:
+        return None if Path(name).suffix else find_robot(name)
+    except InputError:
+        return None
 
 
 def _smallest(*values: float | None) -> float:

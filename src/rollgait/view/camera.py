@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Final
 
@@ -19,6 +20,15 @@ FROM: Final = np.array([0.35, -0.8, 0.48])
 
 RISING: Final = 0.03
 """Slope of the ground along x from which on one looks from behind."""
+
+
+WIDE: Final = 0.95
+"""Width of a picture over its height; in a narrower one the way is seen from farther off."""
+PHONE: Final = 0.75
+"""Where the picture is narrower than this, the controls lie over its lower half."""
+
+SETTLED: Final = 1.0
+"""After so long a page has said how wide it is, s."""
 
 
 @dataclass(frozen=True)
@@ -53,3 +63,21 @@ def aim(server: viser.ViserServer, clip: Clip) -> None:
     camera, begin = camera_of(clip), server.initial_camera
     begin.look_at, begin.position, begin.up = camera.look_at, camera.position, (0.0, 0.0, 1.0)
     begin.fov = float(FIELD_OF_VIEW)
+
+
+def fit(client: viser.ClientHandle, clip: Clip) -> None:
+    """Moves the camera of a browser whose picture is narrow, so that all of the way is in sight as well.
+
+    Is called when a browser has connected, in a thread of its own.
+    """
+    time.sleep(SETTLED)
+    aspect = client.camera.aspect
+    if aspect >= WIDE:
+        return
+    camera = camera_of(clip)
+    far = (camera.position - camera.look_at) * WIDE / aspect
+    down = 0.5 * np.tan(0.5 * FIELD_OF_VIEW) * np.linalg.norm(far) if aspect < PHONE else 0.0
+    look_at = camera.look_at - [0.0, 0.0, down]
+    with client.atomic():
+        client.camera.position = look_at + far
+        client.camera.look_at = look_at

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array, Samples
 from rollgait.robot.robot import Robot
+from rollgait.scenario.scenario import Scenario
 from rollgait.simulation.log import SimulationLog
 from rollgait.terrain import Terrain
 from rollgait.tracking import JointTrajectory
@@ -62,7 +63,7 @@ class Clip:
 
     Attributes:
         name: what a person calls it.
-        kind: plan, joints, simulation or mpc.
+        kind: plan, joints, simulation, mpc or scenario.
         robot: the planner's robot.
         samples: the motion at the frames, (n, …).
         terrain: the ground.
@@ -72,6 +73,7 @@ class Clip:
         passed: whether it is a success.
         joints: the whole body, if known.
         plan: the plan, if this is one.
+        scenario: what was asked, or is to be; None if the file does not say it.
     """
 
     name: str
@@ -85,6 +87,7 @@ class Clip:
     passed: bool
     joints: Joints | None = None
     plan: Plan | None = None
+    scenario: Scenario | None = None
 
     @property
     def time(self) -> Array:
@@ -147,6 +150,7 @@ def clip_of_plan(plan: Plan, name: str) -> Clip:
         verdict=verdict,
         passed=plan.solved and certificate.passed,
         plan=plan,
+        scenario=scenario,
     )
 
 

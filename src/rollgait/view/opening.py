@@ -8,19 +8,25 @@ from rollgait.archive import kind_of
 from rollgait.mpc.log import FORMAT as MPC_LOG
 from rollgait.mpc.log import MpcLog
 from rollgait.plan.plan import Plan
+from rollgait.scenario.scenario import Scenario
 from rollgait.simulation.log import SimulationLog
 from rollgait.tracking import JointTrajectory
 from rollgait.view.clip import Clip, clip_of_joints, clip_of_log, clip_of_plan
 from rollgait.view.mpc_clip import clip_of_mpc
+from rollgait.view.standing_clip import clip_of_scenario
 
 
 def open_clip(path: str | Path) -> Clip:
-    """The clip in a file: a plan, joints, or a log of physics or of the controller. Runs no code of it.
+    """The clip in a file: a plan, joints, a log of physics or of the controller, or a scenario (YAML).
+
+    Runs no code of it.
 
     Raises:
         FileError: the file is missing, is none of these, or has a version that is not known here.
     """
     file = Path(path)
+    if file.suffix in (".yaml", ".yml"):
+        return clip_of_scenario(Scenario.from_yaml(file), file.stem)
     name = file.name.removesuffix(".npz")
     kind = kind_of(file, "is neither a plan nor a joint trajectory nor a log that rollgait saved")
     if kind == "rollgait-joints":

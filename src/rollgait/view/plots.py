@@ -16,10 +16,12 @@ from rollgait.plan.samples import Array
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.view.clip import Clip
 from rollgait.view.margins import friction_use, support_margin
-from rollgait.view.style import BASE_COLOUR, LEG_COLOURS, SWING_SHADE
+from rollgait.view.style import LEG_COLOURS, SWING_SHADE
 
 WIDTH, HEIGHT = 300, 64
 """Of the picture's own coordinates; it is scaled to the page."""
+TEXT_COLOUR: Final = "var(--mantine-color-text, #000000)"
+"""Of what is not a leg: that of the page's text, on light and on dark."""
 MOST_POINTS: Final = 400
 """Points of a line: as many as the page has pixels for."""
 
@@ -60,7 +62,7 @@ def plots_of(clip: Clip) -> list[Plot]:
         _by_leg("wheel speed (m/s)", s.speed, 2),
         _by_leg("foot height (cm)", height, 1),
         _by_leg("friction used (%)", friction_use(clip), 0, low=0.0, high=100.0),
-        _plot("CoM inside support (cm)", (Line("CoM", BASE_COLOUR, 100.0 * support_margin(clip)),), 1),
+        _plot("CoM inside support (cm)", (Line("CoM", TEXT_COLOUR, 100.0 * support_margin(clip)),), 1),
     ]
     return [plot for plot in result if any(np.ptp(_finite(line.values)) > 0.0 for line in plot.lines)]
 

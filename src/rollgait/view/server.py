@@ -15,6 +15,7 @@ from rollgait.errors import InputError
 from rollgait.view.gate.access import LOOPBACK, Access, Site
 from rollgait.view.gate.connections import Gate, behind
 from rollgait.view.gate.controls import Controls
+from rollgait.view.gate.dress import Dress
 from rollgait.view.whole import Blocks
 
 __all__ = ["LOOPBACK", "PORT", "Server", "check_address", "start_server", "stop_server"]
@@ -33,7 +34,7 @@ class Server(viser.ViserServer):
     """
 
     def __init__(self, host: str, port: int, title: str) -> None:
-        gate = Gate(Access(Site(host, port)))
+        gate = Gate(Access(Site(host, port)), Dress(title))
         self.url = gate.access.url
         """The address that lets a browser in; beyond this machine with a token."""
         with behind(gate):

@@ -41,11 +41,11 @@ def _plan(task: dict[str, Any], answers: TextIO) -> dict[str, Any]:
     from rollgait.planner import plan
     from rollgait.solvers import Iteration
 
-    stage = "solving"
+    stage = ""
 
     def progress(iteration: Iteration) -> None:
         numbers = {"iteration": iteration.number, "cost": iteration.cost, "violation": iteration.violation}
-        _answer(answers, {"stage": stage, **numbers})
+        _answer(answers, {"stage": stage or iteration.task, **numbers})
 
     out = Path(task["out"])
     data, heights = parse_yaml(task["scenario"], "the scenario of the page"), None

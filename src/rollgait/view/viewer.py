@@ -14,8 +14,9 @@ import viser
 from rollgait.diagnosis.report import Diagnosis
 from rollgait.errors import RollgaitError
 from rollgait.plan.plan import Plan
+from rollgait.scenario import find_scenario, scenario_names
 from rollgait.tracking import JointTrajectory
-from rollgait.view.camera import aim
+from rollgait.view.camera import aim, fit
 from rollgait.view.clip import Clip, clip_of_plan
 from rollgait.view.gate.uploads import check_unpacked
 from rollgait.view.layers.layer import GHOST
@@ -28,9 +29,11 @@ from rollgait.view.panels.planning import PlanningPanel
 from rollgait.view.scene import Scene
 from rollgait.view.server import LOOPBACK, PORT, start_server, stop_server
 from rollgait.view.solving import Outcome, Solving, SolvingProgress
+from rollgait.view.standing_clip import KIND, clip_of_scenario, scenario_from_page
 from rollgait.view.timeline import Timeline
 
 UPLOAD_NAME = "uploaded"
+SCENARIO_SUFFIXES = (".yaml", ".yml")
 PLOT_EVERY = 3
 """Frames from one value to the next beside the plots while playing: nobody reads faster."""
 
@@ -158,12 +161,17 @@ class Viewer:
             self._certificate = CertificatePanel(gui, tab, self._go)
         with tabs.add_tab("Plan"):
             self.panel = PlanningPanel(self.server, self.plan, self.planning.cancel, self._save_plan)
+        self.panel.picker.on_update(self._picked)
+        self.server.on_client_connect(lambda client: fit(client, self.clip))
         with tabs.add_tab("Files"):
             self._build_files(gui)
 
     def _build_files(self, gui: viser.GuiApi) -> None:
         opened = gui.add_upload_button(
-            "Open a plan, joints or a log", icon=viser.Icon.FOLDER_OPEN, mime_type=".npz", color="gray"
+            "Open a plan, joints, a log or a scenario",
+            icon=viser.Icon.FOLDER_OPEN,
+            mime_type=".npz,.yaml,.yml",
+            color="gray",
         )
         compared = gui.add_upload_button(
             "Compare with", icon=viser.Icon.GHOST, mime_type=".npz", color="gray"
@@ -177,6 +185,12 @@ class Viewer:
         compared.on_upload(lambda event: self._uploaded(event.target.value, ghost=True))
         self._no_ghost.on_click(lambda _: self.show(self.clip))
         self._whole_body.on_click(lambda _: self._track())
+
+    def _picked(self, event: Any) -> None:
+        """Where nothing is planned yet, the ground of the scenario that is picked is shown at once."""
+        name = event.target.value
+        if event.client is not None and self.clip.kind == KIND and name in scenario_names():
+            self.show(clip_of_scenario(find_scenario(name), name))
 
     # -- files --
 
@@ -192,15 +206,18 @@ class Viewer:
     def _open(self, file: Any, ghost: bool) -> None:
         path = self.planning.new_file()
         try:
-            check_unpacked(file.name, file.content)
-            path.write_bytes(file.content)
-            clip = open_clip(path)
+            if Path(file.name).suffix in SCENARIO_SUFFIXES:
+                clip = clip_of_scenario(scenario_from_page(file.content, file.name), file.name)
+            else:
+                check_unpacked(file.name, file.content)
+                path.write_bytes(file.content)
+                clip = open_clip(path)
         except RollgaitError as error:
             self._note.content = _plain(str(error).replace(repr(str(path)), repr(file.name)))
             return
         finally:
             path.unlink(missing_ok=True)
-        clip = _renamed(clip, file.name.removesuffix(".npz") or UPLOAD_NAME)
+        clip = _renamed(clip, Path(file.name).stem or UPLOAD_NAME)
         self._note.content = ""
         if ghost:
             self.show(self.clip, clip)

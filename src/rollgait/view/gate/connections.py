@@ -20,6 +20,7 @@ from websockets.http11 import Request, Response
 
 from rollgait.view.gate.access import Access
 from rollgait.view.gate.controls import Controls
+from rollgait.view.gate.dress import Dress
 from rollgait.view.gate.inbox import Inbox
 from rollgait.view.gate.messages import RefusedError
 from rollgait.view.gate.uploads import UPLOAD_SILENCE
@@ -46,11 +47,12 @@ class Gate:
 
     Attributes:
         access: who may connect.
+        dress: of the page; None leaves it as it is.
         controls: of the page; None until there are any, and nothing is heard before.
     """
 
-    def __init__(self, access: Access) -> None:
-        self.access = access
+    def __init__(self, access: Access, dress: Dress | None = None) -> None:
+        self.access, self.dress = access, dress
         self.controls: Controls | None = None
 
     def refusal(self, connection: Any, request: Request) -> Response | None:
@@ -76,6 +78,16 @@ class _Connection(web.ServerConnection):
         self._inbox: Inbox | None = None
         self._heard: deque[bytes] = deque()
         self._forgetting: asyncio.TimerHandle | None = None
+        self._is_first = True
+        self.wants_head = False
+        """Whether the headers of the answer are all that is asked for."""
+
+    def data_received(self, data: bytes) -> None:
+        """As the library's own, which knows GET alone and tells of HEAD by a traceback."""
+        if self._is_first and data.startswith(b"HEAD "):
+            self.wants_head, data = True, b"GET " + data.removeprefix(b"HEAD ")
+        self._is_first = False
+        super().data_received(data)
 
     async def recv(self, decode: bool | None = None) -> Any:
         while not self._heard:
@@ -144,6 +156,10 @@ def _answering(gate: Gate, process_request: Callable[[Any, Request], Response | 
             response = process_request(connection, request)
             if response is not None and gate.access.cookie is not None:
                 response.headers["Set-Cookie"] = gate.access.cookie
+        if response is not None and gate.dress is not None:
+            gate.dress.put_on(response)
+        if response is not None and connection.wants_head:
+            response.body = b""
         if response is not None:
             for name, value in HEADERS.items():
                 response.headers[name] = value

@@ -11,9 +11,9 @@ import viser
 from rollgait.plan.plan import Plan
 from rollgait.view.clip import Clip
 from rollgait.view.marks import Mark, measure
-from rollgait.view.panels.motion import BAD, GOOD
+from rollgait.view.panels.motion import BAD, DIM, GOOD
 
-SHADES = {"pass": GOOD, "fail": BAD, "not promised": "#888888"}
+SHADES = {"pass": GOOD, "fail": BAD, "not promised": DIM}
 
 
 class CertificatePanel:

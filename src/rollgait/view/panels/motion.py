@@ -17,7 +17,10 @@ SPEEDS: Final = {"¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0}
 STEPS: Final = {"start": None, "◂ frame": -1, "frame ▸": 1, "end": None}
 APART: Final = 0.035
 """Smallest distance of two marks on the timeline, as a share of it, so that their numbers stand apart."""
-GOOD, BAD = "#2E7D32", "#B00020"
+GOOD: Final = "light-dark(#2E7D32, #7FC983)"
+BAD: Final = "light-dark(#B00020, #FF8A95)"
+DIM: Final = "var(--mantine-color-dimmed, #666666)"
+"""Read on light and on dark."""
 
 
 class Header:

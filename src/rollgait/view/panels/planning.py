@@ -19,7 +19,7 @@ from rollgait.view.layers.goal import pad
 from rollgait.view.layers.layer import rgb, segments, single
 from rollgait.view.on_ground import heights
 from rollgait.view.panels.diagnosis import DiagnosisPanel
-from rollgait.view.panels.motion import BAD, GOOD
+from rollgait.view.panels.motion import BAD, DIM, GOOD
 from rollgait.view.rotations import turn_z, wxyz
 from rollgait.view.solving import SolvingProgress
 from rollgait.view.style import GOAL_COLOUR
@@ -91,7 +91,7 @@ class PlanningPanel:
 
     def build(self, clip: Clip) -> None:
         """Begins with the scenario of a clip, or with the first of the library."""
-        self._shown = None if clip.plan is None else clip.plan.scenario
+        self._shown = clip.scenario
         if clip.plan is not None and clip.plan.statistics.discovery and self._asked is not None:
             self._shown = self._asked  # the next goal is to have a gait of its own, too
         self._asked = None
@@ -179,14 +179,14 @@ class PlanningPanel:
         self._asked = asked
         self.button.disabled, self.cancel.visible = True, True
         self._diagnosis.show(None)
-        self._say(text, "#666666")
+        self._say(text, DIM)
 
     def progress(self, progress: SolvingProgress) -> None:
         """Says how far the solver is."""
         self._say(
             f"{progress.stage} … iteration {progress.number}, cost {progress.cost:.5g}, "
             f"violation {progress.violation:.2g}",
-            "#666666",
+            DIM,
         )
 
     def done(self, text: str, good: bool, diagnosis: Diagnosis | None = None) -> None:
@@ -241,7 +241,7 @@ class PlanningPanel:
 
     def _save_yaml(self, client: viser.ClientHandle) -> None:
         try:
-            text = self.scenario().to_yaml()
+            text = self.scenario().to_yaml(brief=True)
         except RollgaitError as error:
             self._say(str(error), BAD)
             return
