@@ -109,6 +109,9 @@ def find_timing(
     with watch("build"):
         settled, motion = _result(asked, phases, ready, attempts)
         counts = settled.fine(asked.interval)
+        if settled.is_fine(timing, asked.interval):
+            scenario = _at_times(asked, settled, settled.on_mesh(counts).node_times)
+            return Found(scenario, motion, tuple(_results(attempts)))
         again = Ready(method, _problem(motion.scenario, terms, settled, counts, FINEST * asked.interval))
     finer = Attempts(again, saying(TASK, progress), watch)
     near = InitialGuess("finer mesh", lambda: from_plan(again.problem, motion), warm=True)

@@ -104,6 +104,15 @@ class Phases:
         even = 2 * np.maximum(1, np.round(0.5 * self.lengths / interval)).astype(np.intp)
         return np.where(self.swings, even, counts)
 
+    def is_fine(self, timing: Timing, interval: float) -> bool:
+        """Whether swings have as many intervals on the mesh of the end as while times were sought.
+
+        Where the horizon has a price, the shortest swing is asked: others are hardly longer.
+        """
+        if timing.price is not None:
+            return bool(SWING_INTERVALS * interval >= timing.swing[0] - SAME_TIME)
+        return bool((self.fine(interval)[self.swings] == SWING_INTERVALS).all())
+
     def durations(
         self,
         timing: Timing,
