@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from rollgait.plan.certificate import Certificate
+    from rollgait.plan.phase_worth import PhaseWorth
     from rollgait.plan.plan import Plan, Statistics
-    from rollgait.timing.worth import PhaseWorth
 
 NEAREST = 5
 """Rows of a certificate that pass and are shown nevertheless: where the motion comes nearest to a limit."""

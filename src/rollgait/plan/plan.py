@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from rollgait.ocp.term import Term
     from rollgait.plan.certificate import Certificate
-    from rollgait.timing.worth import PhaseWorth
+    from rollgait.plan.phase_worth import PhaseWorth
 
 FORMAT_VERSION = 2
 """Version of the file format; a file with another one is refused."""

@@ -8,7 +8,7 @@ from it. (Where two limits meet in one point, the cost has a kink and multiplier
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -19,6 +19,7 @@ from rollgait.errors import NotSolvedError
 from rollgait.ocp.costs import ForceChange
 from rollgait.ocp.problem import Problem, make_problem
 from rollgait.ocp.term import Term
+from rollgait.plan.phase_worth import PhaseWorth
 from rollgait.plan.plan import Plan
 from rollgait.scenario.mesh import Mesh
 from rollgait.scenario.schedule import ContactSchedule
@@ -30,22 +31,6 @@ Array = NDArray[np.float64]
 
 STEP: Final = 1e-6
 """s, by which phases are stretched to see how numbers change with them."""
-
-
-@dataclass(frozen=True)
-class PhaseWorth:
-    """What more time for a phase would change.
-
-    Attributes:
-        begin, end: of the phase, s.
-        swings: which feet swing, 0 … 3.
-        cost_per_second: dJ/dT; all that comes later moves on by as much, goals that switch among it.
-    """
-
-    begin: float
-    end: float
-    swings: tuple[int, ...]
-    cost_per_second: float
 
 
 def timing_gradient(plan: Plan, terms: Sequence[Term] = ()) -> tuple[PhaseWorth, ...]:
