@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from rollgait.cli.output import number, print_table
-from rollgait.robot.robot import LEG_NAMES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -45,6 +44,8 @@ def print_plan(plan: Plan, name: str) -> None:
 
 def _print_discovery(plan: Plan) -> None:
     """Which gaits were tried, and the steps that were found."""
+    from rollgait.robot.robot import LEG_NAMES  # here: help does without
+
     print("\ngaits tried")
     tried = [(r.name, f"{r.horizon:g} s", str(r.steps), r.outcome) for r in plan.statistics.discovery]
     print_table([("gait", "time", "steps", ""), *tried], right=[1, 2])
@@ -104,6 +105,8 @@ def print_certificate(certificate: Certificate, full: bool = False) -> None:
 
 def print_timing(worth: Sequence[PhaseWorth]) -> None:
     """What a tenth of a second more would change of the cost, phase by phase."""
+    from rollgait.robot.robot import LEG_NAMES  # here: help does without
+
     print("\ntiming: cost of 0.1 s more (all that comes later moves on)")
     rows = [("phase", "from", "to", "cost")]
     for phase in worth:
