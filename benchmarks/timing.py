@@ -11,6 +11,7 @@ finer the mesh. Prints Markdown and keeps it in docs/benchmarks.md.
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Iterator
 from typing import Any
@@ -95,7 +96,7 @@ def costs(runs: int, plain: bool, names: list[str]) -> str:
                 yes(found.certificate().passed and fine.certificate().passed),
             )
         )
-        print(rows[-1], flush=True)
+        print(rows[-1], file=sys.stderr, flush=True)
     columns = (
         "motion",
         "J given",
@@ -117,7 +118,7 @@ def shortest(plain: bool, names: list[str]) -> str:
         plan = rg.plan(priced)
         within = f" (≤ {SHORTEST[name]:g}: {yes(plan.horizon <= SHORTEST[name])})" if plain else ""
         rows.append((name, f"{plan.horizon:.2f} s{within}", yes(plan.certificate().passed)))
-        print(rows[-1], flush=True)
+        print(rows[-1], file=sys.stderr, flush=True)
     return table(("motion", "T", "certified"), rows)
 
 
@@ -155,7 +156,7 @@ def same_optimum(count: int, names: list[str]) -> str:
                 found.append(np.inf)
         apart = np.abs(np.array(found) / wanted - 1.0)
         rows.append((name, f"{(apart <= SAME).sum()} of {apart.size}", f"{100.0 * apart.max():.3f} %"))
-        print(rows[-1], flush=True)
+        print(rows[-1], file=sys.stderr, flush=True)
     return table(("motion", f"within {100.0 * SAME:g} %", "farthest"), rows)
 
 

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from rollgait.simulation import Disturbances, SimulationLog, simulate
     from rollgait.terrain.ground import Ground
     from rollgait.terrain.terrain import Terrain
+    from rollgait.timing.worth import timing_gradient
     from rollgait.tracking import JointTrajectory, track
 
 __version__ = "0.1.0"
@@ -95,6 +96,7 @@ __all__ = [
     "scenario_names",
     "search_steps",
     "simulate",
+    "timing_gradient",
     "track",
 ]
 
@@ -155,6 +157,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "scenario_names": "scenario.library",
             "search_steps": "searching",
             "simulate": "simulation",
+            "timing_gradient": "timing.worth",
             "track": "tracking",
         },
     )

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from rollgait.cli.arguments import AsJson, Full, PlanFile
 from rollgait.cli.output import print_json
 from rollgait.cli.report import print_certificate, print_timing
+
+if TYPE_CHECKING:
+    from rollgait.plan.phase_worth import PhaseWorth
 
 Timing = Annotated[bool, typer.Option("--timing", help="Also say what more time for each phase would save.")]
 
@@ -25,7 +28,11 @@ def check(plan_file: PlanFile, full: Full = False, timing: Timing = False, as_js
 
     plan = Plan.load(plan_file)
     certificate = plan.certificate()
-    worth = plan.timing_gradient() if timing else ()
+    worth: tuple[PhaseWorth, ...] = ()
+    if timing:
+        from rollgait.timing.worth import timing_gradient  # here: a certificate needs no solver
+
+        worth = timing_gradient(plan)
     if as_json:
         report = {"file": str(plan_file), "solved": plan.solved, "certified": certificate.passed}
         told = {"timing": [asdict(phase) for phase in worth]} if timing else {}

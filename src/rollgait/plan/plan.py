@@ -29,11 +29,7 @@ from rollgait.terrain.height_map import HeightMap
 from rollgait.terrain.terrain import MapHeader
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from rollgait.ocp.term import Term
     from rollgait.plan.certificate import Certificate
-    from rollgait.plan.phase_worth import PhaseWorth
 
 FORMAT_VERSION = 2
 """Version of the file format; a file with another one is refused."""
@@ -236,19 +232,6 @@ class Plan(Shown, Tabular):
         from rollgait.plan.certificate import certify
 
         return certify(self)
-
-    def timing_gradient(self, terms: Sequence[Term] = ()) -> tuple[PhaseWorth, ...]:
-        """What more time for each phase would change: dJ/dT by the multipliers of the solution.
-
-        Args:
-            terms: those of your own with which it was planned.
-
-        Raises:
-            NotSolvedError: its problem cannot be solved from it.
-        """
-        from rollgait.timing.worth import timing_gradient  # here: a plan needs no solver
-
-        return timing_gradient(self, terms)
 
     # -- files --
 

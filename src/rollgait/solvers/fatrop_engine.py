@@ -305,7 +305,8 @@ class FatropEngine:
         self._hessian_fill(matrix).put(second, first, given[place.bounded])
         of_bounds = np.zeros(self.nlp.size)
         of_bounds[rows.bounded] = given[place.bounded]
-        self._multipliers = (multipliers[:-1] / scale, of_bounds / scale)
+        if scale:  # a restoration of the constraints knows no cost
+            self._multipliers = (multipliers[:-1] / scale, of_bounds / scale)
         self._report(w)
         return True
 
