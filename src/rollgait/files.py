@@ -98,9 +98,11 @@ def npz_path(path: str | Path, field: str = "file") -> Path:
     target = Path(path)
     if not target.name:
         raise FileError(field, str(target), "cannot be written: it is a folder")
-    if target.suffix not in ("", ".npz"):
+    if target.suffix == ".npz":
+        return target
+    if target.suffix[1:2].isalpha():  # `v1.2` is a name without a suffix
         raise FileError(field, str(target), "must end in .npz")
-    return target.with_name(f"{target.stem}.npz")
+    return target.with_name(f"{target.name}.npz")
 
 
 def check_writable(path: str | Path) -> None:
