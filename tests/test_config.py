@@ -126,8 +126,12 @@ def test_junk_as_a_file_is_a_file_error_or_fine(text: str) -> None:
 )
 @pytest.mark.parametrize("value", ["1.5", True, None, math.nan, math.inf, [1.0], {"x": 1.0}])
 def test_what_is_no_number_is_refused_where_one_is_needed(key: str, value: Any) -> None:
-    with pytest.raises(InputError, match="number") as caught:
+    with pytest.raises(InputError) as caught:
         SCENARIO.with_values({key: value})
+    if key == "horizon" and isinstance(value, dict):  # it may be one, with other keys
+        assert "max, price" in str(caught.value)
+        return
+    assert "number" in str(caught.value)
     assert caught.value.field == key
 
 
