@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from rollgait.config import dump_yaml, parse_setting, parse_value, parse_yaml, set_key
 from rollgait.errors import FileError, InputError
-from rollgait.robot import LEG_NAMES, robot_names
+from rollgait.robot import LEG_NAMES, find_robot, robot_names
 from rollgait.scenario import Goal, Scenario, find_scenario
 
 SCENARIO = find_scenario("hybrid-goback")
@@ -19,6 +19,12 @@ SCENARIO = find_scenario("hybrid-goback")
 
 def finite(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(low, high, allow_nan=False).map(lambda x: x + 0.0)
+
+
+ROLLING = [
+    name for name in robot_names() if all(leg.foot == "steerable" for leg in find_robot(name).leg_list)
+]
+"""Robots that get anywhere without steps."""
 
 
 @st.composite
@@ -43,7 +49,7 @@ def scenarios(draw: st.DrawFn) -> dict[str, Any]:
         "bounds": st.fixed_dictionaries({"box": st.none() | st.tuples(*[finite(1e-3, 1)] * 3).map(list)}),
     }
     chosen = draw(st.fixed_dictionaries({}, optional=optional))
-    robot = draw(st.sampled_from(robot_names()))
+    robot = draw(st.sampled_from(ROLLING))
     goal = {"x": draw(finite(-0.1, 0.3)), "yaw_deg": draw(finite(-400, 400))}
     return {"robot": robot, "goal": goal, "horizon": horizon, "gait": gait} | chosen
 

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from rollgait.config import parse_yaml
 from rollgait.scenario import Scenario, find_scenario, scenario_names
-from tests.library import IN_A_FILE
 
 changes = st.fixed_dictionaries(
     {},
@@ -40,7 +39,7 @@ def test_nothing_that_was_asked_is_lost(values: dict[str, Any]) -> None:
         assert read_again(asked).self_contained() == asked.self_contained()
 
 
-@pytest.mark.parametrize("name", [name for name in scenario_names() if name not in IN_A_FILE])
+@pytest.mark.parametrize("name", scenario_names())
 def test_a_scenario_of_the_library_is_short_also_once_spelled_out(name: str) -> None:
     scenario = find_scenario(name)
     assert read_again(scenario.self_contained()).self_contained() == scenario.self_contained()

@@ -51,7 +51,7 @@ def test_velocities_are_derivatives(library: Problem) -> None:
     t = times(library)
     s = kinematic_guess(library)(t)
     for path, rate, accuracy in (
-        (s.com_position, s.com_velocity, 1e-3),
+        (s.com_position, s.com_velocity, 6e-3),  # of steps: cubics, whose acceleration jumps
         (s.euler, s.euler_rate, 1e-3),
         (s.foot_position[..., 2], s.foot_velocity[..., 2], 5e-3),
     ):

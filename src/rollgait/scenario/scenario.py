@@ -436,7 +436,8 @@ class Scenario(Shown, Config):
             if data.foot == "point" and self.gait.kind == "discover":  # its steps are not known yet
                 rolling = swing_speed
             speeds = np.where(in_stance, rolling, swing_speed)
-            distances.append(float(durations @ speeds))
+            with np.errstate(over="ignore"):  # a limit may be as good as none
+                distances.append(float(durations @ speeds))
         return min(distances)
 
 

@@ -61,6 +61,7 @@ class _Guess:
             times, base, feet = route
             self.base = self._base_along(self.grid, _interpolate(self.grid, times, base))
             self.base_rate = np.gradient(self.base, self.grid, axis=0)
+            self.base_rate[[0, -1]] = 0.0  # it begins and ends at rest
             self.foot = _interpolate(self.grid, times, feet)
         self.foot_rate = np.gradient(self.foot, self.grid, axis=0)
         self.heading = self._heading_paths()
@@ -148,7 +149,7 @@ class _Guess:
         if not self.by_route:
             base, base_rate = self._base_path(times)
         else:
-            base, base_rate = (_interpolate(times, self.grid, v) for v in (self.base, self.base_rate))
+            base, base_rate = _cubics(times, self.grid, self.base, self.base_rate)
         xy, xy_rate = (
             _interpolate(times, self.grid, self.foot),
             _interpolate(times, self.grid, self.foot_rate),
@@ -220,6 +221,17 @@ def motion_inputs(robot: Robot, s: Samples) -> Array:
         inputs = planar_inputs(np, leg.foot, velocity, s.heading[:, i], s.heading_rate[:, i], s.speed[:, i])
         result[:, i] = np.stack(inputs, axis=-1)
     return result
+
+
+def _cubics(times: Array, grid: Array, values: Array, rates: Array) -> tuple[Array, Array]:
+    """Cubic polynomials between values (n, k) with these rates: values and rates at times, (m, k)."""
+    k = np.clip(np.searchsorted(grid, times, side="right") - 1, 0, grid.size - 2)
+    h = (grid[k + 1] - grid[k])[:, None]
+    s = (times - grid[k])[:, None] / h
+    chord, begin, end = (values[k + 1] - values[k]) / h, rates[k], rates[k + 1]
+    bend, twist = 3.0 * chord - 2.0 * begin - end, begin + end - 2.0 * chord
+    value = values[k] + h * s * (begin + s * (bend + s * twist))
+    return value, begin + s * (2.0 * bend + 3.0 * s * twist)
 
 
 def _interpolate(times: Array, grid: Array, values: Array) -> Array:
