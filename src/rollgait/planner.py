@@ -124,8 +124,9 @@ class Planner:
             earlier = Plan.load(warm_start) if isinstance(warm_start, str | Path) else warm_start
         timing, found = asked.gait.timing, None
         is_timed = timing is not None and timing.optimize
+        planned = partial(self._planned, multistart=multistart, seed=seed, watch=watch)
         if asked.gait.kind == "discover":
-            discovered = self._discovered(asked, earlier, multistart, seed, watch, progress)
+            discovered = self._discovered(asked, partial(planned, earlier=earlier), watch, progress)
             if timing is None or not is_timed:
                 return discovered
             asked = discovered.scenario.with_values({"gait.timing": timing.model_dump(mode="json")})
@@ -134,28 +135,26 @@ class Planner:
 
             found = find_timing(asked, self._method, self._terms, watch, seed, progress)
             asked, earlier = found.scenario, found.motion
-        plan = self._planned(
-            asked, earlier, multistart, seed, watch, progress, USUAL, budget if diagnose else None
+        plan = planned(
+            asked, earlier=earlier, progress=progress, effort=USUAL, budget=budget if diagnose else None
         )
         return plan if found is None else found.told_by(plan)
 
     def _discovered(
         self,
         asked: Scenario,
-        earlier: Plan | None,
-        multistart: int,
-        seed: int,
+        planned: Callable[..., Plan],
         watch: Stopwatch,
         progress: Progress | None,
     ) -> Plan:
-        """The plan of a scenario whose gait is to be found."""
+        """The plan of a scenario whose gait is to be found; `planned` is `_planned` with its starts."""
         from rollgait.discover.search import ITERATIONS, MENDINGS, discover  # here: it needs SciPy
 
         def plan_one(scenario: Scenario, task: str, until: float) -> Plan:
             limits = Limits(until=until, iterations=ITERATIONS)
             effort = Effort(1, MENDINGS, math.inf, limits)
             told = saying(task, progress)
-            return self._planned(scenario, earlier, multistart, seed, watch, told, effort, None)
+            return planned(scenario, progress=told, effort=effort, budget=None)
 
         with watch("discover"):
             return discover(asked, plan_one)
@@ -163,6 +162,7 @@ class Planner:
     def _planned(
         self,
         asked: Scenario,
+        *,
         earlier: Plan | None,
         multistart: int,
         seed: int,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -42,6 +43,13 @@ def robot(*feet: str) -> rg.Robot:
 
 
 FIXED, POINT, MIXED = robot("fixed"), robot("point"), robot("fixed", "point")
+
+
+def to_any_place(law: Callable[..., None]) -> Callable[..., None]:
+    """The law, for each kind of feet and any goal nearby."""
+    few = settings(max_examples=12)(given(x=X, y=Y, yaw=YAW)(law))
+    wanted: Callable[..., None] = pytest.mark.parametrize("body", [FIXED, POINT, MIXED])(few)
+    return wanted
 
 
 def to(body: rg.Robot, x: float = 0.0, y: float = 0.0, yaw: float = 0.0, **more: Any) -> Scenario:
@@ -95,9 +103,7 @@ def test_a_turned_world_asks_for_the_same_steps(x: float, y: float, yaw: float, 
     assert a.horizon == pytest.approx(b.horizon, abs=0.11)
 
 
-@pytest.mark.parametrize("body", [FIXED, POINT, MIXED])
-@given(x=X, y=Y, yaw=YAW)
-@settings(max_examples=12)
+@to_any_place
 def test_one_foot_at_a_time_with_time_to_shift_between(
     body: rg.Robot, x: float, y: float, yaw: float
 ) -> None:
@@ -109,9 +115,7 @@ def test_one_foot_at_a_time_with_time_to_shift_between(
         assert swings(gait)[-1][2] < gait.horizon
 
 
-@pytest.mark.parametrize("body", [FIXED, POINT, MIXED])
-@given(x=X, y=Y, yaw=YAW)
-@settings(max_examples=12)
+@to_any_place
 def test_carried_feet_keep_to_their_boxes_and_end_at_their_places(
     body: rg.Robot, x: float, y: float, yaw: float
 ) -> None:
@@ -129,9 +133,7 @@ def test_carried_feet_keep_to_their_boxes_and_end_at_their_places(
             assert np.abs(way.offsets(int(leg), walk.feet.at[leg], -1)).max() < 0.1 * max(body.box)
 
 
-@pytest.mark.parametrize("body", [FIXED, POINT, MIXED])
-@given(x=X, y=Y, yaw=YAW)
-@settings(max_examples=12)
+@to_any_place
 def test_from_the_steps_alone_a_route_is_found_on_which_no_foot_slips(
     body: rg.Robot, x: float, y: float, yaw: float
 ) -> None:

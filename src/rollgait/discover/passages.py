@@ -12,6 +12,7 @@ from scipy import ndimage
 
 from rollgait.discover.refusals import BELLY, below
 from rollgait.footing.footing import FEET, Array
+from rollgait.robot.robot import turn_lever
 from rollgait.terrain.regions import Regions
 
 CELL: Final = 0.05
@@ -114,7 +115,7 @@ def passages(
         stride: longest step, m.
         height: of the CoM over the ground, m.
     """
-    reach = float(np.linalg.norm(stance[:, :2], axis=1).max()) + 2.0 * CELL
+    reach = turn_lever(stance) + 2.0 * CELL
     low, high = low - reach, high + reach
     count = np.ceil((high - low) / CELL).astype(int) + 1
     x, y = (low[axis] + CELL * np.arange(count[axis]) for axis in range(2))

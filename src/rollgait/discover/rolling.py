@@ -25,8 +25,9 @@ from rollgait.discover.timing import Pace, timed
 from rollgait.errors import NotSolvedError
 from rollgait.footing.footing import Array
 from rollgait.footing.on_terrain import regions_for, rise_max
-from rollgait.footing.pace import poses_of, turn_lever
+from rollgait.footing.pace import poses_of
 from rollgait.footing.route import BaseWay
+from rollgait.robot.robot import turn_lever
 from rollgait.scenario.scenario import Scenario
 
 FLAT_PACE: Final = Pace(speed=0.5)

@@ -11,8 +11,9 @@ from rollgait.discover.crossings import Crossing, crossings, lengths
 from rollgait.discover.timing import Pace, Timed, timed
 from rollgait.footing.footing import Array
 from rollgait.footing.on_terrain import regions_for, rise_max
-from rollgait.footing.pace import poses_of, turn_lever
+from rollgait.footing.pace import poses_of
 from rollgait.footing.route import BaseWay
+from rollgait.robot.robot import turn_lever
 from rollgait.scenario.gait import BaseGait
 from rollgait.scenario.scenario import Scenario
 

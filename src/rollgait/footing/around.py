@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from rollgait.dynamics.ground import MODEL_SIZE
+from rollgait.dynamics.ground import MODEL_SIZE, FootGround
 from rollgait.footing.footing import FEET, LEAVE_SIZE, Array, Footing, SwingOver
 from rollgait.footing.phases import ACROSS, OVER_CLEARANCE, FeetPaths, Phase, Swinging, phases_of
 from rollgait.scenario.schedule import ContactSchedule
@@ -179,10 +179,7 @@ def _ground_in_air(phase: Phase, top: float, model: Array, ref: Array, region: R
 
 
 def _height(model: Array, xy: Array) -> float:
-    d = xy - model[:2]
-    xx, mixed, yy = model[5:]
-    bend = 0.5 * xx * d[0] ** 2 + mixed * d[0] * d[1] + 0.5 * yy * d[1] ** 2
-    return float(model[2] + model[3:5] @ d + bend)
+    return float(FootGround(model, np.zeros(2), 0.0).height(xy))
 
 
 def _leaves(model: Array, schedule: ContactSchedule) -> Array:

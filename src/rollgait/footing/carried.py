@@ -18,8 +18,8 @@ from typing import Final
 import numpy as np
 
 from rollgait.footing.footing import FEET, Array
-from rollgait.footing.pace import goal_times, poses_of, turn_lever
-from rollgait.robot.robot import Robot
+from rollgait.footing.pace import goal_times, poses_of
+from rollgait.robot.robot import Robot, turn_lever
 from rollgait.scenario.scenario import Scenario
 
 STEP: Final = 0.02

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.robot.robot import turn_lever
 from rollgait.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -17,11 +18,6 @@ PEAK: Final = 1.875
 """Largest speed of a minimum-jerk path, in mean speeds."""
 SHORTEST: Final = 1.5
 """s that wheels take for a change of pose, however small."""
-
-
-def turn_lever(stance: Array) -> float:
-    """What a turn of 1 rad counts as, m: the way of the outermost foot; `stance` is (4, 2) or (4, 3), m."""
-    return float(np.linalg.norm(stance[:, :2], axis=1).max())
 
 
 def driving_time(scenario: Scenario, change: Array, available: float) -> float:

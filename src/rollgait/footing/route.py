@@ -17,9 +17,8 @@ import numpy as np
 
 from rollgait.errors import NotSolvedError
 from rollgait.footing.footing import FEET, Array
-from rollgait.footing.pace import turn_lever
 from rollgait.ocp.lift import minimum_jerk
-from rollgait.robot.robot import LEG_NAMES
+from rollgait.robot.robot import LEG_NAMES, turn_lever
 from rollgait.scenario.schedule import ContactSchedule
 from rollgait.terrain.regions import Regions, arcs
 

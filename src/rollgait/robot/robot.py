@@ -260,4 +260,20 @@ class Robot(Shown, Config):
         return Robot.model_validate(data)
 
 
-__all__ = ["GRAVITY", "LEG_NAMES", "FootKind", "Inertia", "Leg", "LegName", "Legs", "Limb", "Robot"]
+def turn_lever(stance: NDArray[np.float64]) -> float:
+    """What a turn of 1 rad counts as, m: the way of the outermost foot; `stance` is (4, 2) or (4, 3), m."""
+    return float(np.linalg.norm(stance[:, :2], axis=1).max())
+
+
+__all__ = [
+    "GRAVITY",
+    "LEG_NAMES",
+    "FootKind",
+    "Inertia",
+    "Leg",
+    "LegName",
+    "Legs",
+    "Limb",
+    "Robot",
+    "turn_lever",
+]

@@ -18,7 +18,7 @@ from rollgait.config import Config, NonNegative, Number, Positive, dump_yaml, lo
 from rollgait.errors import InputError
 from rollgait.presented import Shown
 from rollgait.robot.library import find_robot
-from rollgait.robot.robot import LEG_NAMES, Robot
+from rollgait.robot.robot import LEG_NAMES, Robot, turn_lever
 from rollgait.scenario.gait import GAIT_KINDS, GAITS, BaseGait, Discover, Drive, Gait
 from rollgait.scenario.library_maps import heights_of_the_library
 from rollgait.scenario.profile import (
@@ -410,7 +410,7 @@ class Scenario(Shown, Config):
                 rule = f"must lie within the horizon of {self.horizon} s"
                 raise InputError(f"{name}.at", begin, rule)
         x, y, yaw = self.start.x, self.start.y, self.start.yaw_deg
-        lever = float(np.linalg.norm(self.body.stance[:, :2], axis=1).max())
+        lever = turn_lever(self.body.stance)
         for name, goal, begin, end in zip(names, goals, begins, [*begins[1:], self.horizon], strict=True):
             distance = math.hypot(goal.x - x, goal.y - y)
             turn = math.radians(min(abs(goal.yaw_deg - yaw), 180.0))
