@@ -10,12 +10,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rollgait.cli.arguments import AsJson, Kernels
-from rollgait.cli.exit_status import INTERRUPTED
-from rollgait.cli.mpc import DATA, EVENTS_SHOWN, Watching, stopping, write_log
+from rollgait.cli.controlled import (
+    DATA,
+    Watching,
+    disturbances_of,
+    leave,
+    print_events,
+    print_written,
+    stopping,
+    write_log,
+)
 from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.cli.progress import StatusLine
 from rollgait.cli.recordings import check_recording
-from rollgait.cli.simulate import Friction, Latency, PayloadText, RadiusError, disturbances_from
+from rollgait.cli.simulate import Friction, Latency, PayloadText, RadiusError
 
 if TYPE_CHECKING:
     from rollgait.mpc.execution import ExecutionReport
@@ -89,12 +97,8 @@ def execute(
         print_json({"file": file, "plans": [str(path) for path in plans], **report.to_dict()})
     else:
         _print(plans, found.log.plant, report)
-        if file is not None:
-            print(f"\nwritten: {file}")
-    if stop.is_set():
-        raise typer.Exit(INTERRUPTED)
-    if not report.passed:
-        raise typer.Exit(1)
+        print_written(file)
+    leave(stop, report.passed)
 
 
 def _loop(
@@ -106,18 +110,14 @@ def _loop(
     seed: int,
 ) -> ClosedLoop:
     """The closed loop that the options ask for. Raises what they have wrong."""
-    from rollgait.errors import InputError, UnknownNameError
+    from rollgait.errors import UnknownNameError
     from rollgait.mpc.execution import loop_for
     from rollgait.mpc.setup import PLANTS
 
     if plant not in PLANTS:
         raise UnknownNameError("plant", plant, PLANTS)
     options: dict[str, Any] = {"estimator": estimator, "kernels": kernels, "seed": seed}
-    if any(text is not None for text in disturbed):
-        if plant != "mujoco":
-            rule = "has no payload, friction, radius error or latency; mujoco has"
-            raise InputError("plant", plant, rule)
-        options["disturbances"] = disturbances_from(None, *disturbed, slope=None)
+    options |= disturbances_of(plant, (*disturbed, None), "payload, friction, radius error or latency")
     return loop_for(plans[0], plant, **options)
 
 
@@ -147,12 +147,7 @@ def _print(plans: Sequence[Path], plant: str, report: ExecutionReport) -> None:
         ("standing", str(report.controller.standing), "steps after a fault"),
     ]
     print_table(rows, right=[1])
-    if report.controller.events:
-        print("\nevents")
-        for event in report.controller.events[:EVENTS_SHOWN]:
-            print(f"  {event}")
-        if len(report.controller.events) > EVENTS_SHOWN:
-            print(f"  and {len(report.controller.events) - EVENTS_SHOWN} more")
+    print_events(report.controller.events)
     for contact in report.unplanned:
         where = f"{contact.link} touches the ground at {number(contact.time)} s"
         print(f"\nunplanned contact: {where}, with up to {number(contact.force)} N")

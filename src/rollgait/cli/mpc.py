@@ -2,35 +2,33 @@
 
 from __future__ import annotations
 
-import logging
 import math
-import signal
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from rollgait.cli.arguments import AsJson, GroundName, Kernels
-from rollgait.cli.exit_status import INTERRUPTED
+from rollgait.cli.controlled import (
+    DATA,
+    Watching,
+    disturbances_of,
+    leave,
+    print_events,
+    print_written,
+    stopping,
+    write_log,
+)
 from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.cli.progress import StatusLine
-from rollgait.cli.recordings import check_recording, write_recording
-from rollgait.cli.simulate import Friction, Latency, PayloadText, RadiusError, Slope, disturbances_from
+from rollgait.cli.recordings import check_recording
+from rollgait.cli.simulate import Friction, Latency, PayloadText, RadiusError, Slope
 
 if TYPE_CHECKING:
     from rollgait.cli.mpc_input import Asked
     from rollgait.mpc.log import MpcLog, MpcReport
     from rollgait.mpc.loop import ClosedLoop
     from rollgait.mpc.settings import MpcSettings
-
-DATA = ("npz",)
-EVENTS_SHOWN = 12
-"""Events that a person reads; --json and the log have all."""
-SHOWN_EVERY = 0.2
-"""Between two changes of the progress line, s of the robot's time."""
 
 
 def mpc(
@@ -119,12 +117,8 @@ def mpc(
         print_json({"file": file, "command": asked.words, **report.to_dict()})
     else:
         _print(log, report, asked, chosen, estimator)
-        if file is not None:
-            print(f"\nwritten: {file}")
-    if stop.is_set():
-        raise typer.Exit(INTERRUPTED)
-    if not report.passed:
-        raise typer.Exit(1)
+        print_written(file)
+    leave(stop, report.passed)
 
 
 def _loop(
@@ -150,11 +144,7 @@ def _loop(
         "kernels": kernels,
         "seed": seed,
     }
-    if any(text is not None for text in disturbed):
-        if plant != "mujoco":
-            rule = "has no payload, friction, radius error, latency or slope; mujoco has"
-            raise InputError("plant", plant, rule)
-        options["disturbances"] = disturbances_from(None, *disturbed)
+    options |= disturbances_of(plant, disturbed, "payload, friction, radius error, latency or slope")
     if plant.startswith(REPLAY):
         from rollgait.mpc.log import MpcLog
         from rollgait.mpc.plants.replay import Replay
@@ -182,52 +172,6 @@ def _no_longer(asked: Asked, loop: ClosedLoop) -> Asked:
 
     length = min(asked.script.duration, loop.plant.duration)  # type: ignore[attr-defined]
     return replace(asked, script=asked.script.model_copy(update={"duration": length}))
-
-
-class Watching:
-    """Shows how far the run is, and ends it when it shall stop."""
-
-    def __init__(self, line: StatusLine, duration: float, stop: threading.Event) -> None:
-        self._line, self._duration, self._stop = line, duration, stop
-        self._next = 0.0
-
-    def __call__(self, time: float) -> bool:
-        if time >= self._next:
-            self._line.show(f"running … {time:5.1f} s of {self._duration:g} s")
-            self._next = time + SHOWN_EVERY
-        return self._stop.is_set()
-
-
-@contextmanager
-def stopping() -> Iterator[threading.Event]:
-    """An event that the first Ctrl-C sets; the second one interrupts. What is logged waits for the report."""
-    stop, log = threading.Event(), logging.getLogger("rollgait")
-    level = log.level
-    before: Any = signal.getsignal(signal.SIGINT)
-    main = threading.current_thread() is threading.main_thread()
-
-    def on_signal(*_: object) -> None:
-        stop.set()
-        signal.signal(signal.SIGINT, before)
-
-    if main:
-        signal.signal(signal.SIGINT, on_signal)
-    log.setLevel(logging.ERROR)
-    try:
-        yield stop
-    finally:
-        log.setLevel(level)
-        if main:
-            signal.signal(signal.SIGINT, before)
-
-
-def write_log(log: MpcLog, target: Path) -> Path:
-    """Writes the log, a page or a film; the file's path."""
-    if target.suffix == ".npz":
-        return log.save(target)
-    from rollgait.view.mpc_clip import clip_of_mpc
-
-    return write_recording(clip_of_mpc(log, target.stem), target)
 
 
 def _print(log: MpcLog, report: MpcReport, asked: Asked, settings: MpcSettings, estimator: str) -> None:
@@ -258,10 +202,5 @@ def _print(log: MpcLog, report: MpcReport, asked: Asked, settings: MpcSettings, 
         ],
         right=[1],
     )
-    if report.events:
-        print("\nevents")
-        for event in report.events[:EVENTS_SHOWN]:
-            print(f"  {event}")
-        if len(report.events) > EVENTS_SHOWN:
-            print(f"  and {len(report.events) - EVENTS_SHOWN} more")
+    print_events(report.events)
     print(f"\n  {report.verdict}")
