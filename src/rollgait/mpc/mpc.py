@@ -469,7 +469,7 @@ class Mpc:
 
     @property
     def _iterates(self) -> tuple[Iterate, ...]:
-        """The motion that is carried out and, after a failed solve, the one that the next one goes on with."""
+        """The motion that is carried out and, after a failed solve, the one that the next goes on with."""
         return (self._iterate,) if self._draft is None else (self._iterate, self._draft)
 
     def _solve(self, deadline: float) -> Status:
