@@ -49,7 +49,7 @@ class Box(FootConstraint):
         if not problem.footing.is_flat and Reach().applies(problem, leg) and problem.bound(Reach.name):
             low[2], high[2] = -np.inf, max(high[2, 0], LIFT_OF_HEIGHT * problem.robot.height)
             return low, high  # the hip has a centimetre more
-        return low, high - self._overshoot(problem, leg)
+        return low, high - self._overshoot(problem, leg) if problem.footing.swings else high
 
     def _overshoot(self, problem: PlanContext, leg: int) -> NDArray[np.float64]:
         """By how much a foot that goes over something is higher between two nodes than at them, (3, N), m."""
