@@ -53,12 +53,12 @@ class Box(FootConstraint):
 
     def _overshoot(self, problem: PlanContext, leg: int) -> NDArray[np.float64]:
         """By how much a foot that goes over something is higher between two nodes than at them, (3, N), m."""
-        result = np.zeros((3, problem.schedule.intervals))
+        mesh = problem.schedule.mesh
+        result, h = np.zeros((3, mesh.intervals)), np.maximum(mesh.lengths_before, mesh.lengths)
         for swing in problem.footing.swings:
             if swing.leg == leg and swing.over:
                 over = slice(swing.lift_off, swing.touch_down)
-                more = OVER_ACCELERATION - self.curvature
-                result[2, over] = more * problem.beside_nodes[over] ** 2 / 8.0
+                result[2, over] = (OVER_ACCELERATION - self.curvature) * h[over] ** 2 / 8.0
         return result
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
