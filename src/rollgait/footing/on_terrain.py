@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
@@ -10,8 +11,9 @@ import numpy as np
 
 from rollgait.dynamics.step import rotation
 from rollgait.footing.around import Ways
+from rollgait.footing.bends import bends
 from rollgait.footing.footing import FEET, Array, Footing
-from rollgait.footing.pace import driving_time, poses_of
+from rollgait.footing.pace import driven, poses_of
 from rollgait.footing.phases import FeetPaths, Swinging
 from rollgait.footing.route import Route, find_route
 from rollgait.ocp.lift import minimum_jerk
@@ -32,6 +34,9 @@ RISE_SHARE: Final = 0.4
 SETTLING: Final = 8
 """How often base and feet are fitted to one another where the robot stands: each time the error falls to a
 tenth or so."""
+UNSURE: Final = 0.3
+"""By so much feet may be elsewhere than expected before anything is solved, m: over so much bends are rounded
+at first. A sharp one says nothing right about places so far beside it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +56,10 @@ class OnTerrain:
     def on(self, schedule: ContactSchedule) -> OnTerrain:
         """The same on another mesh of the same contacts."""
         return replace(self, ways=self.ways.on(schedule))
+
+    def cut(self, schedule: ContactSchedule, motion: Callable[[Array], Samples]) -> ContactSchedule:
+        """A schedule on a mesh with nodes where the feet of a motion meet bends of the ground."""
+        return schedule.cut_at(bends(self.ways.regions, schedule, motion))
 
     def around(self, motion: Samples) -> Footing:
         """The ground as numbers about a motion, sampled at the nodes."""
@@ -73,7 +82,10 @@ def find_ways(scenario: Scenario, schedule: ContactSchedule) -> OnTerrain:
     speed = float(scenario.value_of("bounds", "swing_speed_max"))
     how = Swinging(speed, scenario.clearance_over)
     ways = Ways.along(regions, robot.stance, schedule, paths, how)
-    return OnTerrain(ways, route, ways.footing(paths))
+    footing = ways.footing(paths)
+    if footing.may_differ:
+        footing = ways.footing(paths, UNSURE)
+    return OnTerrain(ways, route, footing)
 
 
 def rise_max(robot: Robot) -> float:
@@ -122,9 +134,10 @@ def _progress(scenario: Scenario, schedule: ContactSchedule, poses: Array, times
     for k, (begin, end) in enumerate(pairwise(borders)):
         change = poses[k + 1] - poses[k]
         duration = end - begin
-        if not steps:  # wheels hurry as the cost asks; who steps takes the time that the gait gives
-            duration = driving_time(scenario, change, duration)
-        result += minimum_jerk((times - begin) / duration)[0]
+        if steps:  # who steps takes the time that the gait gives; wheels hurry as the cost asks
+            result += minimum_jerk((times - begin) / duration)[0]
+        else:
+            result += driven(scenario, change, duration, times - begin)
     return result
 
 
