@@ -160,7 +160,7 @@ def _pulled(plan: Plan, t: Array, q: Array) -> Array:
     total = np.zeros((len(t), 3))
     for wrench in plan.scenario.wrenches:
         acts = (t >= wrench.start) & (t < (np.inf if wrench.end is None else wrench.end))
-        force = np.broadcast_to(wrench.force, total.shape)
+        force = np.tile(wrench.force, (len(t), 1))
         if wrench.frame == "world":
             force = Rotation.from_quat(q[:, 3:7]).inv().apply(force)
         total += acts[:, None] * force
