@@ -544,7 +544,9 @@ class Mpc:
         wrench = self._wrench(state.time, state.time + period)
         if self._stands:
             offset = 0.0 if touch is None else touch[0]
-            pull = None if wrench is None else np.concatenate(external(wrench, rotation(np, state.euler)))
+            pull: Array | None = None
+            if wrench is not None:
+                pull = np.concatenate(external(wrench, rotation(np, state.euler.tolist())))
             force, motion = self._standing.inputs(state, contact, previous, tilt, normals, offset, pull)
         else:
             force, motion = first_inputs(

@@ -75,7 +75,7 @@ class CondensedTrajectory(Trajectory):
             for i in range(4)
         ]
         grounds = None if self.is_flat else self._grounds(k, robot)
-        wrench = None if self.wrench is None else self.wrench[k].T
+        wrench = None if self.wrench is None else list(self.wrench[k].T)
         x, _ = step(np, begin, inputs, tau * self.lengths[k], figures, grounds, wrench)
         theta = np.stack(x.theta, axis=-1)
         theta_rate = np.stack(euler_rate(np, x.theta, x.L, figures), axis=-1)
