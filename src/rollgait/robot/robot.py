@@ -7,6 +7,7 @@ z up). The legs come always in the order FL, FR, HL, HR (front/hind, left/right)
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from typing import Annotated, Any, Final, Literal
 
 import numpy as np
@@ -345,9 +346,8 @@ class Robot(Shown, Config):
                 robot could not stand so.
             MissingExtraError: the extra `whole-body` is not installed.
         """
-        from rollgait.robot.standing_com import change_of_posture  # here: it needs pinocchio
-
-        shift, change = change_of_posture(self, joints)
+        # by name: whole bodies are built of robots
+        shift, change = import_module("rollgait.robot.standing_com").change_of_posture(self, joints)
         bare = self.bare
         other = bare._with_com(bare.mass, bare.inertia_matrix + change, shift, None)
         other = other.model_copy(update={"posture": {**(self.posture or {}), **joints}})

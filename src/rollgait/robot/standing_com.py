@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from importlib import import_module
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,9 +13,6 @@ from numpy.typing import NDArray
 from rollgait.errors import InputError, MissingExtraError, UnknownNameError
 from rollgait.robot.robot import Robot
 from rollgait.robot.whole_body import EXTRA, EquippedBody, WholeBody, find_whole_body
-
-if TYPE_CHECKING:
-    from rollgait.robot.urdf_model import WholeBodyModel
 
 Array = NDArray[np.float64]
 
@@ -55,19 +53,25 @@ def _com(body: str, arms: tuple[tuple[str, float], ...]) -> tuple[float, ...]:
 
 
 @lru_cache(maxsize=4)
-def _standing(body: str) -> tuple[WholeBodyModel, Array]:
-    """A whole body and its configuration in the nominal stance; the base link at the origin."""
+def _standing(body: str) -> tuple[Any, Array]:
+    """A model without loads and its configuration in the nominal stance; the base link at the origin.
+
+    By name, as that model asks here for its loads.
+    """
     try:
-        from rollgait.robot.urdf_model import load_model
-        from rollgait.robot.urdf_stance import nominal_stance
+        model = import_module("rollgait.robot.urdf_model").load_model(WholeBody.model_validate_json(body))
+        stance = import_module("rollgait.robot.urdf_stance").nominal_stance(model)
     except ImportError:
         raise MissingExtraError("the whole body under loads", EXTRA) from None
-    model = load_model(WholeBody.model_validate_json(body))
-    return model, nominal_stance(model).q
+    return model, np.asarray(stance.q)
 
 
-def with_angles(model: WholeBodyModel, q: Array, joints: Mapping[str, float]) -> Array:
-    """The configuration with other angles of some joints. Raises as `Robot.with_posture`."""
+def with_angles(model: Any, q: Array, joints: Mapping[str, float]) -> Array:
+    """The configuration of a `WholeBodyModel` with other angles of some joints.
+
+    Raises:
+        InputError: as `Robot.with_posture`.
+    """
     result = q.copy()
     legs = {place for leg in model.legs for place in (*leg.joints, leg.wheel)}
     for name, angle in joints.items():
