@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from rollgait.plant.state import RobotState
     from rollgait.robot.importing import import_robot
     from rollgait.robot.library import find_robot, robot_names
+    from rollgait.robot.loads import Load, Loads, Wrench
     from rollgait.robot.robot import Robot
     from rollgait.scenario.gait import Crawl, Drive, Pace, Schedule, Trot, Walk
     from rollgait.scenario.library import find_scenario, scenario_names
@@ -61,6 +62,8 @@ __all__ = [
     "Instant",
     "JointTrajectory",
     "LaterGoal",
+    "Load",
+    "Loads",
     "Mpc",
     "NotSolvedError",
     "Outcome",
@@ -85,6 +88,7 @@ __all__ = [
     "VelocityCommand",
     "Walk",
     "Weights",
+    "Wrench",
     "diagnose",
     "find_robot",
     "find_scenario",
@@ -122,6 +126,8 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "Instant": "ocp.instant",
             "JointTrajectory": "tracking",
             "LaterGoal": "scenario.scenario",
+            "Load": "robot.loads",
+            "Loads": "robot.loads",
             "Mpc": "mpc.mpc",
             "NotSolvedError": "errors",
             "Outcome": "many",
@@ -146,6 +152,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "VelocityCommand": "mpc.command",
             "Walk": "scenario.gait",
             "Weights": "scenario.weights",
+            "Wrench": "robot.loads",
             "diagnose": "diagnosis.entry",
             "find_robot": "robot.library",
             "find_scenario": "scenario.library",

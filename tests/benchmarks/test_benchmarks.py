@@ -24,6 +24,7 @@ PAGE = ROOT / "docs" / "benchmarks.md"
         ("random_scenarios", 7),
         ("many_goals", 2),
         ("pushes", 1),
+        ("loads", 4),
         ("terrain", 1),
         ("timing", 1),
         ("random_worlds", 1),

@@ -15,6 +15,8 @@ from rollgait.errors import UnknownNameError
 from rollgait.plan import Plan
 from rollgait.plan.certificate import Certificate, certify
 
+LOADS = {"payload": {"mass": 20.0, "at": [0.1, 0.15, 0.3], "size": [0.3, 0.2, 0.1]}}
+
 RIGHT: dict[str, Callable[[], Plan]] = {
     "standing": lambda: b.standing(b.scenario()),
     "driving": b.driving,
@@ -27,6 +29,7 @@ RIGHT: dict[str, Callable[[], Plan]] = {
     "without limbs": lambda: b.driving(b.robot(limbs=False)),
     "on an unequal mesh": b.stepping_on_an_unequal_mesh,
     "on another mesh than asked": lambda: b.asked(b.stepping(), interval=0.05),
+    "carrying a load": lambda: carrying(),
     "paper": lambda: b.stepping(profile="paper"),
     "one interval": lambda: b.standing(b.scenario(horizon=0.1)),
     "many intervals": lambda: b.standing(b.scenario(horizon=10.0, interval=0.01)),
@@ -58,6 +61,11 @@ def _lifted(plan: Plan, leg: int, place: Any, by: float) -> Plan:
     return b.spoilt(plan, "foot_z", (*place, leg), by)
 
 
+def carrying() -> Plan:
+    """Standing under a load."""
+    return b.standing(b.scenario(loads=LOADS))
+
+
 drive, turn, step, uneven = b.driving, b.turning, b.stepping, b.stepping_on_an_unequal_mesh
 
 SPOILT: dict[str, list[Callable[[], Plan]]] = {
@@ -67,6 +75,10 @@ SPOILT: dict[str, list[Callable[[], Plan]]] = {
         lambda: replace(uneven(), schedule=uneven().scenario.schedule),
         lambda: b.asked(step(), horizon=4.1),
     ],
+    **{
+        row: [lambda: b.asked(drive(), loads=LOADS), lambda: b.asked(carrying(), loads={})]
+        for row in ("load_mass", "load_place", "load_inertia")
+    },
     "finite": [lambda: b.spoilt(drive(), "force", (3, FL, 0), np.nan)],
     "schedule": [
         lambda: b.changed(step(), contact=np.roll(step().schedule.contact.T, 1, axis=0)),

@@ -13,6 +13,7 @@ def test_pages_are_fresh() -> None:
         "terrain.md",
         "whole-body.md",
         "discover.md",
+        "loads.md",
         "timing.md",
     }
     for page in pages:

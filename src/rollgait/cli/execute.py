@@ -118,7 +118,7 @@ def _loop(
         raise UnknownNameError("plant", plant, PLANTS)
     options: dict[str, Any] = {"estimator": estimator, "kernels": kernels, "seed": seed}
     options |= disturbances_of(plant, (*disturbed, None), "payload, friction, radius error or latency")
-    return loop_for(plans[0], plant, **options)
+    return loop_for(plans[0], plant, *plans[1:], **options)
 
 
 def _print(plans: Sequence[Path], plant: str, report: ExecutionReport) -> None:

@@ -160,6 +160,7 @@ def _loop(
     if asked.scenario is not None:
         options["start"] = asked.scenario.start
         options["terrain"] = terrain_of(asked.scenario.ground)
+        options["loads"] = asked.scenario.loads
     if ground is not None:
         options["terrain"] = terrain_of(ground_from(ground)[0])
     body = asked.scenario.robot if asked.scenario is not None else "centauro"

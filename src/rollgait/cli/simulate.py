@@ -34,7 +34,9 @@ Pushes = Annotated[
 ]
 PayloadText = Annotated[
     str | None,
-    typer.Option("--payload", metavar="MASS", help="Load on the base link, e.g. 5kg or 5kg@0.1,0.1,0.2 (m)."),
+    typer.Option(
+        "--payload", metavar="MASS", help="Unplanned load on the base link, e.g. 5kg or 5kg@0.1,0.1,0.2 (m)."
+    ),
 ]
 Friction = Annotated[str | None, typer.Option(metavar="MU", help="Friction of the ground. Default: 0.8.")]
 RadiusError = Annotated[

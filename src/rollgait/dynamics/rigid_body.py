@@ -18,7 +18,7 @@ GRAVITY_VECTOR = ca.DM([0.0, 0.0, -GRAVITY])
 
 
 def acceleration(mass: ca.SX, forces: Sequence[ca.SX]) -> ca.SX:
-    """r̈ = g + Σ f_i / m, shape 3, m/s²; forces in N, world."""
+    """r̈ = g + Σ f_i / m, shape 3, m/s²; all forces from outside but the weight, N, world."""
     return GRAVITY_VECTOR + sum(forces, start=ca.SX.zeros(3)) / mass
 
 

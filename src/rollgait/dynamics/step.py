@@ -6,6 +6,7 @@ coordinate, as its rate needs no inertia. Over a step of length h with constant 
     r, ṙ      exact (r̈ is constant)
     p_i       2-point Gauss quadrature of the foot's velocity; its height over the ground exactly (a parabola)
     L         exact in the mean lever arm of each foot, ∫ (r − p_i) dt / h × f_i, by the same quadrature
+    wrench    constant, with the base as it is in the middle, if there is one
     θ         midpoint rule with the mean of L(t) over the step; the middle itself by L in its first half
 
 All functions take the module that does the arithmetic, `xp`: casadi for expressions, numpy for numbers. A
@@ -20,6 +21,7 @@ from typing import Any
 
 from rollgait.dynamics.foot import Scalar, planar_motion
 from rollgait.dynamics.ground import FootGround
+from rollgait.dynamics.wrench import external
 from rollgait.polynomials import HEIGHT_POINTS, gauss_points
 from rollgait.robot.robot import GRAVITY, FootKind
 
@@ -77,6 +79,7 @@ def step(
     h: Scalar,
     robot: Figures,
     grounds: Sequence[FootGround] | None = None,
+    wrench: Vector | None = None,
 ) -> tuple[State, State]:
     """The state after a step of length h (s), and that in its middle (there L is its mean over the step).
 
@@ -87,6 +90,7 @@ def step(
         h: length of the step, s.
         robot: its figures.
         grounds: under the four feet; None where it is level, which costs less.
+        wrench: from outside, see `dynamics.wrench`; None where there is none, likewise.
     """
     ddr = [sum(foot.force[i] for foot in u) / robot.mass for i in range(3)]
     ddr[2] = ddr[2] - GRAVITY
@@ -95,14 +99,21 @@ def step(
     torque = [0.0, 0.0, 0.0]
     for foot, inputs, offset in zip(x.feet, u, offsets, strict=True):
         torque = _add(torque, 1.0, _cross(inputs.force, _minus(x.r, _beside(foot.p, 1.0, offset))))
+    if wrench is not None:
+        torque = _add(torque, 1.0, external(wrench, rotation(xp, x.theta))[1])
     # L in the middle of the first half: its change within the step counts where forces have just changed
     theta_middle = _add(x.theta, 0.5 * h, euler_rate(xp, x.theta, _add(x.L, 0.25 * h, torque), robot))
+    L_from_outside = list(x.L), list(x.L)  # at the end, and in the mean, but for the feet
+    if wrench is not None:
+        push, turning = external(wrench, rotation(xp, theta_middle))
+        ddr = _add(ddr, 1.0 / robot.mass, push)
+        L_from_outside = _add(x.L, h, turning), _add(x.L, 0.5 * h, turning)
     yaw_at = _yaw_path(xp, x, torque, h, robot, rate, theta_middle)
 
     # moments of r over the step: ∫ r ds and ∫ (1 − s) r ds, s in [0, 1]
     r_mean = [a + h * b / 2 + h**2 * c / 6 for a, b, c in zip(x.r, x.dr, ddr, strict=True)]
     r_second = [a / 2 + h * b / 6 + h**2 * c / 24 for a, b, c in zip(x.r, x.dr, ddr, strict=True)]
-    L_end, L_mean = list(x.L), list(x.L)
+    L_end, L_mean = L_from_outside
     feet_end, feet_middle = [], []
     for i, (foot, inputs) in enumerate(zip(x.feet, u, strict=True)):
         ground, offset = None if grounds is None else grounds[i], offsets[i]

@@ -18,6 +18,7 @@ from rollgait.mpc.script import TimedPush
 from rollgait.mpc.setup import make_loop
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Samples
+from rollgait.robot.loads import Loads, Wrench
 from rollgait.robot.robot import LEG_NAMES
 
 if TYPE_CHECKING:
@@ -137,18 +138,33 @@ class Execution:
     report: ExecutionReport
 
 
-def loop_for(plan: Plan, plant: str = "mujoco", **options: Any) -> ClosedLoop:
-    """A controller and a plant that stands as a plan begins, on its ground.
+def loop_for(plan: Plan, plant: str = "mujoco", *then: Plan, **options: Any) -> ClosedLoop:
+    """A controller and a plant that stands as a plan begins, on its ground, under its loads.
 
     Args:
         plan: the first that is to be carried out.
         plant: `rigid` or `mujoco`.
+        then: the plans that follow it, for what pulls at the base then.
         options: of `make_loop`.
     """
     from rollgait.mpc.plans.path import PlanPath
 
     path = PlanPath(plan)
+    options = {"loads": Loads(wrench=_one_after_the_other([plan, *then]))} | options
     return make_loop(plan.robot, plant, start=path.state(0.0), terrain=path.terrain, **options)
+
+
+def _one_after_the_other(plans: Sequence[Plan]) -> tuple[Wrench, ...]:
+    """What pulls at the base while plans are carried out in turn, in the time of all of them."""
+    wrenches, begin = [], 0.0
+    for number, plan in enumerate(plans, start=1):
+        over = None if number == len(plans) else plan.horizon
+        for wrench in plan.scenario.wrenches:
+            end = over if wrench.end is None else wrench.end
+            times = {"start": begin + wrench.start, "end": None if end is None else begin + end}
+            wrenches.append(wrench.model_copy(update=times))
+        begin += plan.horizon
+    return tuple(wrenches)
 
 
 def execute(

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.dynamics.step import POINTS, rotation
+from rollgait.dynamics.wrench import wrench_numbers
 from rollgait.errors import InputError
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.context import LiveContext
@@ -17,6 +18,7 @@ from rollgait.mpc.reference import Reference
 from rollgait.mpc.settings import MpcBounds, MpcSettings, MpcWeights
 from rollgait.ocp.live import OPEN, WORKSPACE
 from rollgait.ocp.term import Cost
+from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import Robot
 from rollgait.scenario.profile import FORCE_OF_WEIGHT, PROFILES
 from rollgait.transcription.live import LiveProblem, LiveStage
@@ -145,6 +147,12 @@ class Filling:
     def put_state(self, first_node: Array) -> None:
         """The state from which the motion starts, as a node vector."""
         self._problem.nlp.fixed_values[: first_node.size] = first_node
+
+    def put_wrenches(self, wrenches: Sequence[Wrench], time: float) -> None:
+        """What pulls at the base along the horizon; only for a problem that knows of any."""
+        edges: Array = time + self.interval * np.arange(self.count + 1, dtype=float)
+        numbers = wrench_numbers(wrenches, self.robot.com_offset, edges[:-1], edges[1:])
+        self._problem.interval.numbers("wrench")[:] = numbers
 
     def put_contact(self, clock: GaitClock, time: float) -> None:
         """Which foot stands when, from now on, and how high the others are."""

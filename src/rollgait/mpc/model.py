@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,7 @@ class RobotModel:
         period: float,
         clock: GaitClock,
         ground: GroundUnderfoot,
+        wrench: Sequence[float] | None = None,
     ) -> RobotState:
         """The state one period later: the planner's step with Python's numbers, which are the quickest.
 
@@ -76,6 +78,7 @@ class RobotModel:
             period: s.
             clock: how high each foot is when.
             ground: under the feet.
+            wrench: from outside, as `dynamics.wrench` has it; None where there is none.
         """
         t = state.time
         points = [t, t + period, *(t + period * point for point in POINTS)]
@@ -88,7 +91,7 @@ class RobotModel:
         x = State(state.com_position.tolist(), theta, state.com_velocity.tolist(), L, feet)
         rates = rate[2:].T.tolist()
         given = zip(force.tolist(), motion.tolist(), rates, strict=True)
-        end, _ = step(math, x, [FootInput(*values) for values in given], period, self._figures, under)
+        end, _ = step(math, x, [FootInput(*values) for values in given], period, self._figures, under, wrench)
         foot_position = np.array([foot.p for foot in end.feet])
         reached = ground.foot_heights(clock, np.array([t + period]), foot_position[:, :2])
         foot_position[:, 2] = reached[0][0]

@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rollgait.dynamics.step import rotation
+from rollgait.dynamics.wrench import external, wrench_numbers
 from rollgait.errors import InputError, NotSolvedError
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.command import PoseCommand, VelocityCommand, check_command
@@ -36,6 +38,7 @@ from rollgait.ocp.term import Term
 from rollgait.plant.control import Control
 from rollgait.plant.state import RobotState, largest_gap
 from rollgait.robot.library import find_robot
+from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import Robot
 from rollgait.solvers import Solution, make_solver, quickest_solver
 from rollgait.solvers.code_store import store_for
@@ -106,6 +109,7 @@ class Mpc:
             move otherwise is old; those of a recording are not.
         solver: one of `SOLVER_NAMES`; the quickest that is installed if not given. Only fatrop as CasADi 3.8
             ships it keeps deadlines; others find the same motion, late.
+        wrenches: what pulls at the base, in the time of the states; what the robot carries it says itself.
 
     Raises:
         UnknownNameError: there is no such robot, gait or solver.
@@ -129,7 +133,9 @@ class Mpc:
         terms: Sequence[Term] = (),
         follows: bool = True,
         solver: str | None = None,
+        wrenches: Sequence[Wrench] = (),
     ) -> None:
+        self._wrenches = tuple(wrenches)
         self.robot = find_robot(robot) if isinstance(robot, str) else robot
         self.settings = settings or MpcSettings()
         self._own = as_costs(terms, self.settings.weights.workspace)
@@ -163,7 +169,8 @@ class Mpc:
         on_terrain = not isinstance(ground, LevelGround)
         context = LiveContext(self.robot, self.settings)
         costs = [*standard_costs(self.settings.bounds.workspace, on_terrain), *self._own]
-        self._problem = transcribe(costs, context, store_for(self._kernels), on_terrain)
+        pulled = bool(self._wrenches)
+        self._problem = transcribe(costs, context, store_for(self._kernels), on_terrain, pulled)
         if self._solver_name is None:
             self._solver = quickest_solver(self._problem, self._kernels)
         else:
@@ -441,6 +448,8 @@ class Mpc:
         if self._plans is None:
             fill.put_stance(self.clock.gait.centred, elapsed)
         fill.put_contact(self.clock, state.time)
+        if self._wrenches:
+            fill.put_wrenches(self._wrenches, state.time)
         for iterate in self._iterates:
             iterate.adapt_forces(fill.share, fill.force_low, fill.force_high, fill.usual_force)
         wanted = None
@@ -532,9 +541,13 @@ class Mpc:
         xy = state.foot_position[:, :2]
         normals, touch = fill.ground.normals(contact, xy), fill.ground.touch(contact, xy, state.heading)
         tilt = fill.ground.tilt(xy, float(state.euler[0])) if self._stands else (0.0, 0.0)
+        wrench = self._wrench(state.time, state.time + period)
         if self._stands:
             offset = 0.0 if touch is None else touch[0]
-            force, motion = self._standing.inputs(state, contact, previous, tilt, normals, offset)
+            pull: Array | None = None
+            if wrench is not None:
+                pull = np.concatenate(external(wrench, rotation(np, state.euler.tolist())))
+            force, motion = self._standing.inputs(state, contact, previous, tilt, normals, offset, pull)
         else:
             force, motion = first_inputs(
                 it,
@@ -550,11 +563,19 @@ class Mpc:
             )
         it.previous[:12] = force.ravel() / fill.robot.weight
         it.previous[12:] = motion[:, 0]
-        end = self._model.after(state, force, motion, period, self.clock, fill.ground)
+        end = self._model.after(state, force, motion, period, self.clock, fill.ground, wrench)
         if self._stands:
             end = self._standing.settle(end, period, tilt)
             it.rest(self._model.node(end))
         return Control(state, end, force, motion, contact, *(touch or ()))
+
+    def _wrench(self, begin: float, end: float) -> list[float] | None:
+        """What pulls at the base in a period, as `dynamics.wrench` has it; None if nothing ever does."""
+        if not self._wrenches:
+            return None
+        times = np.array([begin, end])
+        found = wrench_numbers(self._wrenches, self._fill.robot.com_offset, times[:1], times[1:])
+        return [float(number) for number in found[:, 0]]
 
     def _take_robot(self, robot: Robot) -> None:
         self._model = RobotModel(robot, self._problem.layout)

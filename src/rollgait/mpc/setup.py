@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import astuple
 from typing import TYPE_CHECKING, Final
 
@@ -20,6 +20,7 @@ from rollgait.plant.protocol import Plant
 from rollgait.plant.stance import standing_state
 from rollgait.plant.state import RobotState
 from rollgait.robot.library import find_robot
+from rollgait.robot.loads import Loads, Wrench
 from rollgait.robot.robot import Robot
 from rollgait.robot.whole_body import EXTRA, find_whole_body
 from rollgait.scenario import Start
@@ -64,6 +65,7 @@ def make_loop(
     seed: int = 0,
     start: Start | RobotState | None = None,
     terrain: Terrain | None = None,
+    loads: Loads | None = None,
 ) -> ClosedLoop:
     """A controller and what it controls, ready to run.
 
@@ -83,6 +85,8 @@ def make_loop(
             not given.
         terrain: the ground, of the plant that is made here and as the controller knows it; level if not
             given.
+        loads: what the robot carries and what pulls at it, beside what its data say: the controller knows it,
+            and so does a plant that is made here.
 
     Raises:
         UnknownNameError: no robot, plant, gait or estimator of that name.
@@ -92,13 +96,16 @@ def make_loop(
     if estimator not in ESTIMATORS:
         raise UnknownNameError("estimator", estimator, ESTIMATORS)
     find_gait(gait)
-    body = find_robot(robot) if isinstance(robot, str) else robot
+    body, loads = find_robot(robot) if isinstance(robot, str) else robot, loads or Loads()
+    for load in loads.payload:
+        body = body.with_load(load)
     if isinstance(plant, str):
         stands = start if isinstance(start, RobotState) else _standing(body, start or Start(), terrain)
-        plant = _plant(plant, body, stands, disturbances, terrain)
+        plant = _plant(plant, body, stands, disturbances, terrain, loads.wrench)
     elif disturbances is not None:
         raise InputError("disturbances", plant.name, "must be given when this plant is made")
-    mpc = Mpc(body, settings, gait=gait, kernels=kernels, follows=plant.name != Replay.name)
+    follows = plant.name != Replay.name
+    mpc = Mpc(body, settings, gait=gait, kernels=kernels, follows=follows, wrenches=loads.wrench)
     if terrain is not None:
         mpc.set_ground(terrain)
     known = observer(plant.name, mpc.settings.period, ESTIMATORS[estimator](seed), estimator == "delayed")
@@ -135,13 +142,14 @@ def _plant(
     start: RobotState,
     disturbances: Disturbances | None,
     terrain: Terrain | None,
+    wrenches: Sequence[Wrench],
 ) -> Plant:
     if name not in PLANTS:
         raise UnknownNameError("plant", name, PLANTS)
     if name == "rigid":
         if disturbances is not None:
             raise InputError("disturbances", "rigid", "is a plant that has none; mujoco has them")
-        return RigidPlant(robot, start, terrain=terrain)
+        return RigidPlant(robot, start, terrain=terrain, wrenches=wrenches)
     try:
         import mujoco  # noqa: F401
     except ImportError:
@@ -149,4 +157,4 @@ def _plant(
     body = find_whole_body(robot)
     from rollgait.simulation.plant import MujocoPlant
 
-    return MujocoPlant(body, robot, start, disturbances=disturbances, terrain=terrain)
+    return MujocoPlant(body, robot, start, disturbances=disturbances, terrain=terrain, wrenches=wrenches)

@@ -39,6 +39,7 @@ class Standing:
         tilt: tuple[float, float] = (0.0, 0.0),
         normals: Array = UP,
         contact_offset: Array | float = 0.0,
+        pull: Array | None = None,
     ) -> tuple[Array, Array]:
         """Forces (4, 3) and motions (4, 2) of the next period: braking, and forces that carry the weight.
 
@@ -49,6 +50,7 @@ class Standing:
             tilt: pitch and roll that the ground asks of the base, rad.
             normals: of the ground under the feet, (4, 3).
             contact_offset: from the feet to where the forces act, (4, 3), m.
+            pull: force, N, and torque about the CoM, N·m, from outside, world, (6,); none if not given.
         """
         before = previous.motion[:, 0] if previous is not None else np.zeros(4)
         slower = np.maximum(
@@ -59,7 +61,8 @@ class Standing:
         heading = state.heading
         rolling = np.mean(motion[:, 0] * np.array([np.cos(heading), np.sin(heading)]), axis=1)
         touch = state.foot_position + contact_offset
-        return self._forces(state, contact, rolling, tilt, normals, touch), motion
+        against = np.zeros(6) if pull is None else -pull
+        return self._forces(state, contact, rolling, tilt, normals, touch, against), motion
 
     def _forces(
         self,
@@ -69,6 +72,7 @@ class Standing:
         tilt: tuple[float, float],
         normals: Array,
         touch: Array,
+        against: Array,
     ) -> Array:
         """Forces of the feet that stand: they carry the robot, stop it over them and right it, (4, 3), N."""
         force, stands, robot = np.zeros((4, 3)), np.flatnonzero(contact), self._robot
@@ -84,7 +88,7 @@ class Standing:
             [roll_rate, pitch_rate, yaw_rate]
         )
         torque = np.diag(robot.inertia_matrix) * turning
-        wanted = np.concatenate([robot.mass * acceleration, turned(torque, state.euler[0])])
+        wanted = np.concatenate([robot.mass * acceleration, turned(torque, state.euler[0])]) + against
         A = np.hstack([np.vstack([np.eye(3), _cross_matrix(arm)]) for arm in lever])
         found = (np.linalg.pinv(A, rcond=1e-6) @ wanted).reshape(-1, 3)
         force[stands] = within_cone(found, self._settings.bounds.friction, normals[stands])

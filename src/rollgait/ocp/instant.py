@@ -18,6 +18,7 @@ from rollgait.dynamics.foot import planar_motion
 from rollgait.dynamics.ground import FootGround
 from rollgait.dynamics.rigid_body import acceleration
 from rollgait.dynamics.rotations import R_world_base, R_z
+from rollgait.dynamics.wrench import external
 from rollgait.robot.robot import FootKind
 
 
@@ -36,6 +37,7 @@ class Body:
         terrain: the ground under each foot where it is not; None where it is level.
         tilt: pitch and roll that it asks for at both ends of the interval, 2 each, rad; None if level.
         interval_before: h of the interval before, s, where it is a variable; the first has one like it.
+        wrench: from outside, as `dynamics.wrench` has it, 21; None where there is none.
     """
 
     mass: ca.SX
@@ -48,6 +50,7 @@ class Body:
     terrain: tuple[FootGround, ...] | None = None
     tilt: tuple[ca.SX, ca.SX] | None = None
     interval_before: ca.SX | None = None
+    wrench: ca.SX | None = None
 
     @property
     def between_middles(self) -> ca.SX:
@@ -147,7 +150,18 @@ class Instant:
     @cached_property
     def ddr(self) -> ca.SX:
         """r̈, 3, m/s²: equation 1."""
-        return acceleration(self.body.mass, [foot.force for foot in self.feet])
+        forces = [foot.force for foot in self.feet]
+        if self.body.wrench is not None:
+            forces.append(self.external[0])
+        return acceleration(self.body.mass, forces)
+
+    @cached_property
+    def external(self) -> tuple[ca.SX, ca.SX]:
+        """Force, N, and torque about the CoM, N·m, from outside, world, 3 each; only where there is any."""
+        assert self.body.wrench is not None, "asked only where there is one"
+        R = [ca.horzsplit(row) for row in ca.vertsplit(self.R_world_base)]
+        force, torque = external(ca.vertsplit(self.body.wrench), R)
+        return ca.vertcat(*force), ca.vertcat(*torque)
 
     @cached_property
     def R_world_base(self) -> ca.SX:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.angles import turned
+from rollgait.dynamics.wrench import wrench_numbers
 from rollgait.errors import InputError, UnknownNameError
 from rollgait.footing.footing import Footing
 from rollgait.ocp import boundary, contact, costs, friction, limb, limits, support
@@ -122,6 +123,12 @@ class Problem:
         times = self.schedule.node_times[:-1, None] + h * gauss_points(HEIGHT_POINTS)
         rate = lift(self.schedule, self.scenario.clearance, times.ravel(), self.footing.swings)[1]
         return np.moveaxis(rate.reshape(*times.shape, 4), 0, -1)
+
+    @cached_property
+    def wrench(self) -> Array | None:
+        """What pulls at the base in each interval, as `dynamics.wrench` has it, (21, N); None if nothing."""
+        acting, nodes = self.scenario.wrenches, self.schedule.node_times
+        return wrench_numbers(acting, self.robot.com_offset, nodes[:-1], nodes[1:]) if acting else None
 
     def remeshed(self, schedule: ContactSchedule, motion: Callable[[Array], Samples]) -> Problem:
         """The same problem on another mesh of the same contacts, with the ground about a motion."""

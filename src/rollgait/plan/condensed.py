@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rollgait.dynamics.ground import FootGround
 from rollgait.dynamics.step import POINTS, Figures, FootInput, FootState, State, euler_rate, step
+from rollgait.dynamics.wrench import WRENCH_SIZE
 from rollgait.plan.samples import Array, Samples, level_contact
 from rollgait.plan.trajectory import Trajectory, feet_in_world
 from rollgait.robot.robot import Robot
@@ -32,6 +33,7 @@ class CondensedTrajectory(Trajectory):
         motion: planar inputs of the feet, (N, 4, 2), as in `CollocationTrajectory`.
         lift_rate: how fast feet rise above the ground at the two height points, (N, 4, 2), m/s.
         ground: under each foot, `Footing.numbers()`, (N, 4, 10).
+        wrench: what pulls at the base, as `dynamics.wrench` has it, (N, 21); None if nothing.
     """
 
     kind: ClassVar[str] = "condensed"
@@ -48,6 +50,7 @@ class CondensedTrajectory(Trajectory):
     motion: Array
     lift_rate: Array
     ground: Array
+    wrench: Array | None = None
 
     def sample(self, times: Array, robot: Robot) -> Samples:
         k, tau = self.mesh.place_of(times)
@@ -72,7 +75,8 @@ class CondensedTrajectory(Trajectory):
             for i in range(4)
         ]
         grounds = None if self.is_flat else self._grounds(k, robot)
-        x, _ = step(np, begin, inputs, tau * self.lengths[k], figures, grounds)
+        wrench = None if self.wrench is None else list(self.wrench[k].T)
+        x, _ = step(np, begin, inputs, tau * self.lengths[k], figures, grounds, wrench)
         theta = np.stack(x.theta, axis=-1)
         theta_rate = np.stack(euler_rate(np, x.theta, x.L, figures), axis=-1)
         heading = np.stack([np.broadcast_to(foot.sigma, times.shape) for foot in x.feet], axis=-1)
@@ -137,6 +141,10 @@ class CondensedTrajectory(Trajectory):
             **dict.fromkeys(("motion", "lift_rate"), ("f", (count, 4, 2))),
             "ground": ("f", (count, 4, 10)),
         }
+
+    @classmethod
+    def layout_of_wrenches(cls, count: int | str) -> dict[str, tuple[str, tuple[int | str, ...]]]:
+        return {"wrench": ("f", (count, WRENCH_SIZE))}
 
 
 def _contacts(grounds: list[FootGround], position: Array) -> dict[str, Array]:

@@ -312,7 +312,10 @@ def _layout(header: _Header) -> Layout:
     """The arrays of a plan file, by the kind of its trajectory; N intervals."""
     if header.kind not in Trajectory.registry:
         raise UnknownNameError("kind", header.kind, Trajectory.registry)
-    trajectory = Trajectory.registry[header.kind].layout("N")
+    kind = Trajectory.registry[header.kind]
+    trajectory = kind.layout("N")
+    if header.scenario.loads.wrench:
+        trajectory |= kind.layout_of_wrenches("N")
     return {
         "contact": ("b", (len(LEG_NAMES), "N")),
         "lengths": ("f", ("N",)),

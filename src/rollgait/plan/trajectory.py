@@ -57,9 +57,15 @@ class Trajectory(ABC):
     def layout(cls, count: int | str) -> dict[str, tuple[str, tuple[int | str, ...]]]:
         """Kind of number and shape of each array of a trajectory with N = `count`, a number or its name."""
 
+    @classmethod
+    def layout_of_wrenches(cls, count: int | str) -> dict[str, tuple[str, tuple[int | str, ...]]]:
+        """The same of arrays that only a trajectory under wrenches has."""
+        return {}
+
     def arrays(self) -> dict[str, NDArray[Any]]:
         """What must be saved to build it again with `from_arrays`."""
-        return {name: getattr(self, name) for name in self.layout(1)}
+        further = [name for name in self.layout_of_wrenches(1) if getattr(self, name) is not None]
+        return {name: getattr(self, name) for name in [*self.layout(1), *further]}
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> Self:
@@ -69,7 +75,9 @@ class Trajectory(ABC):
         if missing:
             raise InputError("trajectory", missing, "is missing")
         count = arrays["force"].shape[0] if arrays["force"].ndim else 0
-        for name, (kind, shape) in cls.layout(count).items():
+        further = {k: v for k, v in cls.layout_of_wrenches(count).items() if k in arrays}
+        names += further
+        for name, (kind, shape) in (cls.layout(count) | further).items():
             array = arrays[name]
             if count == 0 or array.shape != shape or array.dtype.kind != kind:
                 rule = f"must have the shape {shape} and hold {KINDS[kind][1]}"

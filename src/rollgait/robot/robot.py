@@ -7,6 +7,7 @@ z up). The legs come always in the order FL, FR, HL, HR (front/hind, left/right)
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from importlib import import_module
 from typing import Annotated, Any, Final, Literal
 
 import numpy as np
@@ -24,7 +25,9 @@ from rollgait.config import (
     set_key,
     validate,
 )
+from rollgait.errors import InputError
 from rollgait.presented import Shown
+from rollgait.robot.loads import Load, com_offset, steiner
 
 LegName = Literal["FL", "FR", "HL", "HR"]
 LEG_NAMES: Final[tuple[LegName, ...]] = ("FL", "FR", "HL", "HR")
@@ -184,6 +187,10 @@ class Robot(Shown, Config):
     """The four legs."""
     whole_body: str | None = None
     """File that describes all its joints, for tracking; if none, the one of this name in the library."""
+    loads: tuple[Load, ...] | None = None
+    """What it carries, which mass, inertia, stance and hips above contain; `with_payload` writes it all."""
+    posture: dict[str, Number] | None = None
+    """Angles of joints of no leg that are not those of the whole body, rad; `with_posture` writes it."""
 
     @model_validator(mode="after")
     def _can_stand(self) -> Robot:
@@ -230,6 +237,11 @@ class Robot(Shown, Config):
         return self.mass * GRAVITY
 
     @property
+    def com_offset(self) -> NDArray[np.float64]:
+        """From the CoM without its loads, the origin of all `at`, to the CoM, base axes, (3,), m."""
+        return com_offset(self.mass, self.loads or ())
+
+    @property
     def mean_inertia(self) -> float:
         """Mean of the three moments of inertia, kg·m²."""
         return float(np.trace(self.inertia_matrix)) / 3.0
@@ -258,6 +270,92 @@ class Robot(Shown, Config):
         for leg in data["legs"].values():
             leg["foot"] = foot
         return Robot.model_validate(data)
+
+    def with_payload(
+        self, mass: float, at: Sequence[float] = (0.0, 0.0, 0.0), size: Sequence[float] | None = None
+    ) -> Robot:
+        """The same robot with a load fixed to its base; loads add up, in any order.
+
+        The base link stands over its feet as before, so stance and hips, which are seen from the CoM, shift.
+
+        Args:
+            mass: kg.
+            at: its centre in the base frame of the robot without loads (origin at its CoM), (3,), m.
+            size: edges of a box of even density, (3,), m; a point if not given.
+
+        Raises:
+            InputError: a number breaks a rule, or the robot could not stand so.
+        """
+        return self.with_load(validate(Load, {"mass": mass, "at": at, "size": size}, "payload"))
+
+    def with_load(self, load: Load) -> Robot:
+        """`with_payload` of a load. Raises `InputError` if the robot could not stand so."""
+        mass, at = self.mass + load.mass, np.array(load.at)
+        loads = (*(self.loads or ()), load)
+        shift = com_offset(mass, loads) - self.com_offset
+        inertia = self.inertia_matrix + self.mass * steiner(shift)
+        inertia += load.inertia() + load.mass * steiner(at - com_offset(mass, loads))
+        try:
+            return self._with_com(mass, inertia, shift, loads)
+        except InputError:
+            rule = (
+                "must leave the CoM over the feet of the nominal stance, below which the robot cannot stand"
+            )
+            raise InputError("loads.payload", f"{load.mass:g} kg at {list(load.at)} m", rule) from None
+
+    @property
+    def bare(self) -> Robot:
+        """The same robot without its loads."""
+        if not self.loads:
+            return self
+        mass = self.mass - sum(load.mass for load in self.loads)
+        offset, inertia = self.com_offset, self.inertia_matrix
+        inertia = inertia - mass * steiner(offset)
+        for load in self.loads:
+            inertia -= load.inertia() + load.mass * steiner(np.array(load.at) - offset)
+        return self._with_com(mass, inertia, -offset, None)
+
+    def _with_com(
+        self,
+        mass: float,
+        inertia: NDArray[np.float64],
+        shift: NDArray[np.float64],
+        loads: tuple[Load, ...] | None,
+    ) -> Robot:
+        """A copy with other figures, its CoM shifted within the base, where feet and hips stay."""
+        data = self.model_dump(mode="json")
+        data["mass"], data["loads"] = float(mass), loads and [load.model_dump() for load in loads]
+        rows = {axis: k for k, axis in enumerate("xyz")}
+        data["inertia"] = {key: float(inertia[rows[key[0]], rows[key[1]]]) for key in data["inertia"]}
+        for leg in data["legs"].values():
+            leg["stance"] = (np.array(leg["stance"]) - shift).tolist()
+            if leg["limb"] is not None:
+                leg["limb"]["hip"] = (np.array(leg["limb"]["hip"]) - shift).tolist()
+        return validate(Robot, data, "robot")
+
+    def with_posture(self, joints: Mapping[str, float]) -> Robot:
+        """The same robot with other angles of joints of no leg, as arms have: another CoM and inertia.
+
+        Needs its whole body; tracking holds those angles, and loads stay where they are on the base link.
+
+        Args:
+            joints: angles by the names in the URDF, rad; the others stay as they are.
+
+        Raises:
+            InputError: the robot has no whole body, a joint is unknown, a leg's, or beyond its limits, or the
+                robot could not stand so.
+            MissingExtraError: the extra `whole-body` is not installed.
+        """
+        # by name: whole bodies are built of robots
+        shift, change = import_module("rollgait.robot.standing_com").change_of_posture(self, joints)
+        bare = self.bare
+        other = bare._with_com(bare.mass, bare.inertia_matrix + change, shift, None)
+        other = other.model_copy(update={"posture": {**(self.posture or {}), **joints}})
+        for load in self.loads or ():
+            other = other.with_load(
+                load.model_copy(update={"at": tuple((np.array(load.at) - shift).tolist())})
+            )
+        return other
 
 
 def turn_lever(stance: NDArray[np.float64]) -> float:

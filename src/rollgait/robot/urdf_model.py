@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from rollgait.errors import FileError, InputError, UnknownNameError, shown
 from rollgait.robot.robot import LEG_NAMES, LegName
+from rollgait.robot.standing_com import link_loads, with_angles
 from rollgait.robot.urdf_build import build_model
 from rollgait.robot.urdf_feet import FootShape, measure_foot
 from rollgait.robot.urdf_files import UNLIMITED, Joint, Urdf, read_posture, read_urdf
 from rollgait.robot.urdf_posture import LegEnd, find_posture
-from rollgait.robot.whole_body import LegJoints, WholeBody
+from rollgait.robot.whole_body import EquippedBody, LegJoints, WholeBody
 
 Array = NDArray[np.float64]
 
@@ -127,7 +128,7 @@ class WholeBodyModel:
         pin: pinocchio's model.
         nv: number of velocities.
         joint_names: the joints in the order of q and v behind the base.
-        mass: of all links, kg.
+        mass: of all links and loads, kg.
         position_lower, position_upper: (nv − 6,), rad, ±inf where there is no limit (the wheels).
         velocity_max, effort_max: (nv − 6,), rad/s and N m, inf where there is no limit.
         legs: the four legs.
@@ -144,6 +145,8 @@ class WholeBodyModel:
         chains = {name: self.urdf.leg_chain(f"legs.{name}", leg.frame) for name, leg in config.leg_list()}
         _check_apart(chains)
         self.pin: Any = build_model(self.urdf)
+        for load in link_loads(config):
+            self.pin.inertias[1] += pin.Inertia(load.mass, load.place, load.inertia)
         self._data: Any = self.pin.createData()
         self.nv: int = self.pin.nv
         self.joint_names: tuple[str, ...] = tuple(self.pin.names[2:])
@@ -155,6 +158,8 @@ class WholeBodyModel:
         joints = {name: tuple(joint.name for joint in chain) for name, chain in chains.items()}
         self._pose(self.posture)
         self.legs = tuple(self._leg(name, leg, joints[name]) for name, leg in config.leg_list())
+        if isinstance(config, EquippedBody):
+            self.posture = with_angles(self, self.posture, config.arms)
         self._arrange()
         self._keep_knees_bent()
         self.orientation_rows = tuple(self._controlled(i) for i in range(len(self.legs)))

@@ -26,6 +26,7 @@ from rollgait.config import (
     validate,
 )
 from rollgait.errors import MISSING, FileError, InputError, MissingExtraError, UnknownNameError
+from rollgait.robot.loads import Load
 from rollgait.robot.robot import LEG_NAMES, LegName, Robot
 from rollgait.robot.urdf_check import LENGTH_MAX
 
@@ -140,6 +141,28 @@ class WholeBody(Config):
             yield name, getattr(self.legs, name)
 
 
+class EquippedBody(WholeBody):
+    """A whole body as one robot uses it: what it carries, and how it holds its arms."""
+
+    loads: tuple[Load, ...] = ()
+    """Fixed to the base link; places are from the CoM without them in the nominal stance, arms held so."""
+    arms: dict[str, Number] = Field(default_factory=dict)
+    """Angles of joints of no leg, over those of the posture, rad."""
+
+    @property
+    def unladen(self) -> WholeBody:
+        """The same without either."""
+        return WholeBody.model_validate(self.model_dump(exclude={"loads", "arms"}))
+
+
+def equipped(body: WholeBody, robot: Robot) -> WholeBody:
+    """The whole body with what a robot carries and how it holds its arms."""
+    if not robot.loads and not robot.posture:
+        return body
+    data = body.model_dump() | {"loads": robot.loads or (), "arms": robot.posture or {}}
+    return EquippedBody.model_validate(data)
+
+
 def load_whole_body(path: str | Path) -> WholeBody:
     """The whole body in this YAML file; its paths become absolute.
 
@@ -152,17 +175,17 @@ def load_whole_body(path: str | Path) -> WholeBody:
 
 
 def find_whole_body(robot: Robot) -> WholeBody:
-    """The whole body of a robot: the file it names, or the one of its name in the library.
+    """The whole body of a robot: the file it names, or the one of its name in the library, with its loads.
 
     Raises:
         InputError: there is none: the robot is for planning only.
     """
     if robot.whole_body is not None:
-        return load_whole_body(robot.whole_body)
+        return equipped(load_whole_body(robot.whole_body), robot)
     if robot.name not in whole_body_names():
         rule = f"must be given: of {robot.name!r} there are only figures for planning, no whole-body model"
         raise InputError("robot.whole_body", MISSING, rule)
-    return library_whole_body(robot.name)
+    return equipped(library_whole_body(robot.name), robot)
 
 
 def whole_body_names() -> list[str]:

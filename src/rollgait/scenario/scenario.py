@@ -18,6 +18,7 @@ from rollgait.config import Config, NonNegative, Number, Positive, dump_yaml, lo
 from rollgait.errors import InputError
 from rollgait.presented import Shown
 from rollgait.robot.library import find_robot
+from rollgait.robot.loads import Loads, Wrench
 from rollgait.robot.robot import LEG_NAMES, Robot, turn_lever
 from rollgait.scenario.gait import GAIT_KINDS, GAITS, BaseGait, Discover, Drive, Gait
 from rollgait.scenario.library_maps import heights_of_the_library
@@ -130,6 +131,8 @@ class Scenario(Shown, Config):
     """Which foot is on the ground when."""
     ground: Ground = Ground()
     """What the robot stands on: a plane, parts, a map (page "Terrain"); in Python also a `Terrain`."""
+    loads: Loads = Loads()
+    """What the robot carries and what pulls at it (page "Loads")."""
     weights: Weights = Weights()
     """Weights of the costs."""
     bounds: Bounds = Bounds()
@@ -218,14 +221,31 @@ class Scenario(Shown, Config):
 
     @cached_property
     def body(self) -> Robot:
-        """The robot's data; with point feet where the gait locks the wheels."""
+        """The robot's data with what it carries; with point feet where the gait locks the wheels."""
         robot = find_robot(self.robot) if isinstance(self.robot, str) else self.robot
+        for load in self.loads.payload:
+            robot = robot.with_load(load)
         return robot.with_feet("point") if self.gait.wheels == "locked" else robot
 
     @cached_property
     def schedule(self) -> ContactSchedule:
         """The contact schedule on the mesh."""
         return put_on_mesh(self.gait, self.horizon, self.interval)
+
+    @cached_property
+    def wrenches(self) -> tuple[Wrench, ...]:
+        """What pulls at the base, from node to node of the mesh, as contacts do."""
+        nodes = self.schedule.node_times
+
+        def nearest(time: float | None) -> float | None:
+            if time is None or time > self.horizon:
+                return time
+            return float(nodes[np.argmin(np.abs(nodes - time))])
+
+        return tuple(
+            wrench.model_copy(update={"start": nearest(wrench.start), "end": nearest(wrench.end)})
+            for wrench in self.loads.wrench
+        )
 
     @cached_property
     def terrain(self) -> Terrain:
@@ -329,6 +349,8 @@ class Scenario(Shown, Config):
         brief["gait"] = {"kind": self.gait.kind, **gait}
         if self.ground != Ground():
             brief["ground"] = full["ground"]
+        if self.loads != Loads():
+            brief["loads"] = self.loads.model_dump(mode="json", exclude_defaults=True)
         for group in ("weights", "bounds"):
             own = {
                 name: value
@@ -343,6 +365,7 @@ class Scenario(Shown, Config):
     def check(self) -> None:
         """Raises `InputError` where the scenario contradicts itself or the robot."""
         _ = self.schedule
+        self._check_loads()
         self._check_steering()
         self._check_goal_distance()
         if self.ground.kind != "flat":
@@ -386,6 +409,23 @@ class Scenario(Shown, Config):
                     angle,
                     f"must lie in the steering range [{low:.4g}, {high:.4g}] deg",
                 )
+
+    def _check_loads(self) -> None:
+        """The robot can stand with what it carries, and what pulls at it does so at times that there are."""
+        _ = self.body
+        for k, wrench in enumerate(self.loads.wrench):
+            times = {"start": wrench.start, "end": wrench.end}
+            given = next((name for name, time in times.items() if time), None)
+            timing = getattr(self.gait, "timing", None)
+            if given and (_discovers(self.gait) or (timing is not None and timing.optimize)):
+                rule = "must not be given where the gait or its times are yet to be found"
+                raise InputError(f"loads.wrench.{k}.{given}", times[given], rule)
+            if wrench.start >= self.horizon:
+                rule = f"must lie within the horizon of {self.horizon:g} s"
+                raise InputError(f"loads.wrench.{k}.start", wrench.start, rule)
+            put = self.wrenches[k]
+            if put.end is not None and put.end <= put.start:
+                raise InputError(f"loads.wrench.{k}.end", wrench.end, "must be an interval of the mesh later")
 
     def _check_standing(self) -> None:
         """The feet can stand at the start and, which may be missed by a little, at the last goal."""

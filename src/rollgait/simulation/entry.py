@@ -7,7 +7,7 @@ from pathlib import Path
 from rollgait.errors import MissingExtraError, UnknownNameError
 from rollgait.plan.plan import Plan
 from rollgait.plant.disturbances import Disturbances
-from rollgait.robot.whole_body import EXTRA, WholeBody, find_whole_body, load_whole_body
+from rollgait.robot.whole_body import EXTRA, WholeBody, equipped, find_whole_body, load_whole_body
 from rollgait.simulation.controller import WHEEL_MODES
 from rollgait.simulation.log import SimulationLog
 from rollgait.terrain.terrain import Terrain
@@ -60,6 +60,7 @@ def simulate(
         body = find_whole_body(joints.robot)
     else:
         body = whole_body if isinstance(whole_body, WholeBody) else load_whole_body(whole_body)
+        body = equipped(body, joints.robot)
     from rollgait.simulation.run import run
 
     if terrain is None and joints.terrain is not None and not joints.terrain.is_flat:

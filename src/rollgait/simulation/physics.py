@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import mujoco
@@ -10,10 +11,12 @@ from numpy.typing import NDArray
 
 from rollgait.plant.disturbances import Disturbances
 from rollgait.plant.unplanned import UnplannedContact
+from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.robot.whole_body import WholeBody
 from rollgait.simulation.controller import Controller, Gains, JointReference
 from rollgait.simulation.measure import contacts_of, ground_under, has_fallen
+from rollgait.simulation.pulls import Pulls
 from rollgait.simulation.world import TIME_STEP, build_world
 from rollgait.terrain.terrain import Terrain
 
@@ -60,6 +63,7 @@ class Physics:
         ground: z of the ground where that is a plane, m.
         terrain: the ground, in place of the plane.
         begins: how long before time 0 the first step is, s.
+        wrenches: what pulls at the base as planned, from time 0 on.
 
     Attributes:
         world: where things are in MuJoCo's model.
@@ -84,7 +88,9 @@ class Physics:
         ground: float,
         begins: float,
         terrain: Terrain | None = None,
+        wrenches: Sequence[Wrench] = (),
     ) -> None:
+        self._pulls = Pulls(body, wrenches)
         self.world = build_world(
             body,
             joint_names,
@@ -146,7 +152,7 @@ class Physics:
     def begin_step(self, row: int) -> None:
         """The first half of `step`: all of the data that follows from positions and velocities is of now."""
         data = self.data
-        if self._pushes:
+        if self._pushes or self._pulls:
             self._apply_pushes()
         data.ctrl[:] = self.drives.control(row, data.qpos[self.world.position])
         mujoco.mj_step1(self.world.model, data)
@@ -183,5 +189,7 @@ class Physics:
     def _apply_pushes(self) -> None:
         now = self.steps
         acting = [vector for begin, end, vector in self._pushes if begin <= now < end]
-        self.data.xfrc_applied[self.world.base, :3] = np.sum(acting, axis=0) if acting else 0.0
+        applied, base = self.data.xfrc_applied, self.world.base
+        applied[base] = self._pulls.at(self.time, self.data, base)
+        applied[base, :3] += np.sum(acting, axis=0) if acting else 0.0
         self._pushes = [push for push in self._pushes if now < push[1]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -14,6 +14,7 @@ from rollgait.plant.disturbances import Disturbances
 from rollgait.plant.stance import standing_control
 from rollgait.plant.state import RobotState
 from rollgait.plant.unplanned import UnplannedContact
+from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.robot.urdf_model import BASE_V
 from rollgait.robot.whole_body import WholeBody
@@ -51,6 +52,7 @@ class MujocoPlant:
         gains: of the drives; those that suit the robot if not given.
         smoothing: width of the moving average that the joints' targets go through, s; 0 for none.
         terrain: the ground; a plane under the feet of the start if not given.
+        wrenches: what pulls at the base as the controller knows it, from the start on.
 
     Attributes:
         name: `mujoco`.
@@ -77,6 +79,7 @@ class MujocoPlant:
         gains: Gains | None = None,
         smoothing: float = SMOOTHING,
         terrain: Terrain | None = None,
+        wrenches: Sequence[Wrench] = (),
     ) -> None:
         if not start.is_finite():
             raise InputError("start", "nan", "must be a state of finite numbers")
@@ -102,6 +105,7 @@ class MujocoPlant:
             ground=float(np.mean(start.foot_position[:, 2])),
             begins=SETTLING,
             terrain=terrain,
+            wrenches=wrenches,
         )
         self._start_time = start.time
         self._reader = self._reader_at(start)

@@ -78,6 +78,7 @@ class _Run:
             ground=_ground_height(joints),
             begins=lead,
             terrain=terrain,
+            wrenches=joints.wrenches,
         )
         self._ground = self._physics.ground
         self._feedback = BaseFeedback(self._physics.world, joints) if feedback else None

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from rollgait.errors import FileError, InputError
 from rollgait.plant.disturbances import Disturbances, Payload
 from rollgait.robot.robot import GRAVITY, LEG_NAMES
+from rollgait.robot.standing_com import LinkLoad, link_loads
 from rollgait.robot.urdf_feet import FootShape, measure_foot
 from rollgait.robot.urdf_files import UNLIMITED, Urdf, read_urdf
 from rollgait.robot.whole_body import WholeBody
@@ -35,7 +36,7 @@ IMPEDANCE_RATIO: Final = 50.0
 """Of frictional to normal constraints: with MuJoCo's default of 1 a loaded foot slides."""
 
 PAYLOAD_RADIUS: Final = 0.05
-"""Radius of the ball that a payload is, m."""
+"""Radius of the ball that a load is drawn as, and an unplanned one is, m."""
 
 WHEEL_WIDTH: Final = 0.25
 """Half the width of a wheel's ellipsoid as a share of its radius."""
@@ -114,7 +115,7 @@ def build_world(
     about: Array | None = None,
     visual: bool = False,
 ) -> World:
-    """The robot on the ground.
+    """The robot on the ground, with what it carries.
 
     Args:
         body: the whole body.
@@ -155,8 +156,10 @@ def build_world(
         add_plane(spec, ground_height, given.friction, visual)
     else:
         add_terrain(spec, terrain, np.zeros(2) if about is None else about, given.friction, visual)
+    for number, load in enumerate(link_loads(body)):
+        _add_load(root, f"load_{number}", load)
     if given.payload is not None:
-        _add_payload(root, given.payload)
+        _add_load(root, "payload", _as_ball(given.payload))
     missing = [name for name in joint_names if name not in {joint.name for joint in spec.joints}]
     if missing:
         raise InputError("joints", missing[0], f"is not a joint of {urdf.path.name}")
@@ -301,13 +304,19 @@ def _add_foot(spec: Any, name: str, frame: str, shape: FootShape, radius: float,
     )
 
 
-def _add_payload(root: Any, payload: Payload) -> None:
+def _as_ball(payload: Payload) -> LinkLoad:
+    """What no plan knows is a ball."""
+    inertia = 0.4 * payload.mass * PAYLOAD_RADIUS**2 * np.eye(3)
+    return LinkLoad(payload.mass, np.array(payload.place), inertia)
+
+
+def _add_load(root: Any, name: str, load: LinkLoad) -> None:
     """A body of its own: MuJoCo ignores the mass of a geom in a body whose inertia the URDF gives."""
-    load = root.add_body(name="payload", pos=payload.place, mass=payload.mass)
-    load.ipos = [0.0, 0.0, 0.0]
-    load.inertia = [0.4 * payload.mass * PAYLOAD_RADIUS**2] * 3
-    load.explicitinertial = True
-    load.add_geom(
+    body = root.add_body(name=name, pos=load.place, mass=load.mass)
+    body.ipos = [0.0, 0.0, 0.0]
+    body.inertia = np.maximum(np.diag(load.inertia), INERTIA_MIN)
+    body.explicitinertial = True
+    body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_SPHERE,
         size=[PAYLOAD_RADIUS, 0.0, 0.0],
         contype=0,

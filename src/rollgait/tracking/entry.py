@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rollgait.errors import MissingExtraError, NotCertifiedError, UnknownNameError
 from rollgait.plan.plan import Plan
-from rollgait.robot.whole_body import EXTRA, WholeBody, find_whole_body, load_whole_body
+from rollgait.robot.whole_body import EXTRA, WholeBody, equipped, find_whole_body, load_whole_body
 from rollgait.tracking.joints import JointTrajectory
 
 WAISTS = ("com", "base")
@@ -50,6 +50,7 @@ def track(
         body = find_whole_body(plan.robot)
     else:
         body = whole_body if isinstance(whole_body, WholeBody) else load_whole_body(whole_body)
+        body = equipped(body, plan.robot)
     try:
         import daqp  # noqa: F401
         import pinocchio  # noqa: F401

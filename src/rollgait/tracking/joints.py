@@ -15,6 +15,7 @@ from rollgait.config import Line, Positive
 from rollgait.errors import MISSING, InputError
 from rollgait.npz import Layout
 from rollgait.plan.samples import SAMPLES_LAYOUT, Samples
+from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import Robot
 from rollgait.series import check_numbers, check_quaternions, check_times
 from rollgait.terrain.terrain import Terrain, TerrainHeader, terrain_layout
@@ -48,6 +49,7 @@ class JointTrajectory:
         interval: the longest interval of the plan, s: within one, speeds and forces are constant.
         report: how well it follows the plan.
         terrain: the ground of the plan; None where a file does not say it.
+        wrenches: what pulls at the base as planned; what it carries the robot says.
     """
 
     time: Array
@@ -63,6 +65,7 @@ class JointTrajectory:
     interval: float
     report: TrackingReport
     terrain: Terrain | None = None
+    wrenches: tuple[Wrench, ...] = ()
 
     def save(self, path: str | Path) -> Path:
         """Writes one .npz file (the suffix is added if it is missing); returns its path."""
@@ -71,6 +74,7 @@ class JointTrajectory:
             "robot": self.robot.model_dump(mode="json"),
             "interval": self.interval,
             "report": self.report.to_dict(),
+            "wrenches": [wrench.model_dump(mode="json") for wrench in self.wrenches],
         }
         arrays: dict[str, Any] = {name: getattr(self, name) for name in _ARRAYS}
         arrays |= {_REFERENCE + f.name: getattr(self.reference, f.name) for f in fields(Samples)}
@@ -104,6 +108,7 @@ class JointTrajectory:
             interval=header.interval,
             report=header.report,
             terrain=terrain,
+            wrenches=header.wrenches,
         )
 
 
@@ -115,6 +120,7 @@ class _Header(BaseModel):
     interval: Positive = INTERVAL_BEFORE
     report: TrackingReport
     terrain: TerrainHeader | None = None
+    wrenches: tuple[Wrench, ...] = ()
 
 
 _ARRAYS = (

@@ -117,6 +117,7 @@ def _as_trajectory(plan: Plan, model: WholeBodyModel, samples: Samples, motion: 
     velocity = _velocities(model, t, motion.q)
     longest = float(plan.schedule.lengths.max())
     torque = _generalised_forces(model, t, motion.q, velocity, longest) - motion.contact_force
+    torque[:, :3] -= _pulled(plan, t, motion.q)
     angles = motion.q[:, BASE_V + 1 :]
     margin = np.minimum(angles - model.position_lower, model.position_upper - angles)
     speed = np.abs(np.diff(angles, axis=0)) / np.diff(t)[:, None]
@@ -150,7 +151,20 @@ def _as_trajectory(plan: Plan, model: WholeBodyModel, samples: Samples, motion: 
         interval=longest,
         report=report,
         terrain=plan.scenario.terrain,
+        wrenches=plan.scenario.wrenches,
     )
+
+
+def _pulled(plan: Plan, t: Array, q: Array) -> Array:
+    """Forces of wrenches on the base in its axes, (n, 3), N: the joints feel them through the feet alone."""
+    total = np.zeros((len(t), 3))
+    for wrench in plan.scenario.wrenches:
+        acts = (t >= wrench.start) & (t < (np.inf if wrench.end is None else wrench.end))
+        force = np.tile(wrench.force, (len(t), 1))
+        if wrench.frame == "world":
+            force = Rotation.from_quat(q[:, 3:7]).inv().apply(force)
+        total += acts[:, None] * force
+    return total
 
 
 def _clearances(

@@ -162,6 +162,7 @@ class StageSymbols:
             ground=p["ground"],
             terrain=_terrain(p),
             tilt=_tilt(p),
+            wrench=p.get("wrench"),
         )
         self.leaves = _leaves(p)
         self.inertia_inverse = symmetric(p["inertia_inverse"])

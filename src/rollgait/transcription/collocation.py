@@ -268,6 +268,8 @@ def _add_defects(symbols: StageSymbols, interval: _Interval, points: Sequence[In
         d_base, dd_base, d_xy, d_sigma = _unpack(interval.layout, slope)
         forces = [foot.force for foot in x.feet]
         torque = torque_about_com(x.r, [foot.p for foot in x.feet], forces)
+        if body.wrench is not None:
+            torque += x.external[1]
         momentum = momentum_rate(body.inertia, x.theta, x.dtheta, dd_base[3:])
         at = Place.POINTS.name
         symbols.add_rows(h * (d_base - ca.vertcat(x.dr, x.dtheta)), "dynamics", at)

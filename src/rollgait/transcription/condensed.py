@@ -13,7 +13,7 @@ order, and rows that define the next node before the others, is what a structure
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import casadi as ca
@@ -192,7 +192,8 @@ class Interval:
             FootInput(ca.vertsplit(f), ca.vertsplit(m), ca.vertsplit(w))
             for f, m, w in zip(self.inputs.force, self.inputs.motion, self.inputs.lift_rate, strict=True)
         ]
-        self.end, self.middle = step(ca, self.begin, feet, body.interval, self.robot, body.terrain)
+        wrench = None if body.wrench is None else ca.vertsplit(body.wrench)
+        self.end, self.middle = step(ca, self.begin, feet, body.interval, self.robot, body.terrain, wrench)
         self.next_height = self.heights_at(1.0)
         if symbols.leaves is not None:
             self.next_height = [
@@ -411,4 +412,5 @@ def decoded(problem: Problem, layout: Layouts, rows: Array, lengths: Array) -> C
         "motion": inputs[:, layout.inputs["motion"]].reshape(count, FEET, 2),
         "lift_rate": inputs[:, layout.inputs["lift_rate"]].reshape(count, FEET, 2),
     }
-    return CondensedTrajectory(**{f.name: values[f.name].copy() for f in fields(CondensedTrajectory)})
+    wrench = None if problem.wrench is None else problem.wrench.T
+    return CondensedTrajectory(**{name: value.copy() for name, value in values.items()}, wrench=wrench)

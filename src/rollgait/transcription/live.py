@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rollgait.dynamics.ground import MODEL_SIZE
 from rollgait.dynamics.step import FootInput, State, step
+from rollgait.dynamics.wrench import WRENCH_SIZE
 from rollgait.ocp.context import Context
 from rollgait.ocp.costs import FORCE_INTERVAL_REF
 from rollgait.ocp.friction import Friction
@@ -146,7 +147,11 @@ class LiveProblem:
 
 
 def transcribe(
-    costs: Sequence[Cost], context: Context, store: CodeStore | None = None, terrain: bool = False
+    costs: Sequence[Cost],
+    context: Context,
+    store: CodeStore | None = None,
+    terrain: bool = False,
+    pulled: bool = False,
 ) -> LiveProblem:
     """The problem of a controller with these costs.
 
@@ -155,13 +160,14 @@ def transcribe(
         context: robot and horizon, and the first numbers of the terms.
         store: keeps the code of the stages.
         terrain: whether the ground has slopes; level ground costs less.
+        pulled: whether there are wrenches from outside; none cost less.
 
     Raises:
         InputError: a cost is no sum of squares.
     """
     robot, count = context.robot, context.schedule.intervals
     layout = _layout(robot)
-    interval = LiveStage(_IntervalStage(layout, terrain), costs, context, count, store)
+    interval = LiveStage(_IntervalStage(layout, terrain, pulled), costs, context, count, store)
     end = LiveStage(_EndStage(layout, terrain), costs, context, 1, store)
     interval.stage.holds[layout.last : layout.node.size, -1] = False
     rows = interval.stage.code.rows
@@ -206,6 +212,7 @@ class _IntervalStage:
 
     layout: StageLayout
     terrain: bool
+    pulled: bool
     name: ClassVar[str] = "live interval"
     places: ClassVar[Mapping[Place, int]] = {}
     terminal: ClassVar[bool] = False
@@ -225,7 +232,8 @@ class _IntervalStage:
     @property
     def extra(self) -> Sequence[tuple[str, int]]:
         """Parameters beside those that every stage has."""
-        return (*self.own, *(TERRAIN if self.terrain else ()))
+        wrench = (("wrench", WRENCH_SIZE),) if self.pulled else ()
+        return (*self.own, *(TERRAIN if self.terrain else ()), *wrench)
 
     def outline(self, costs: Sequence[Cost], context: Any) -> Outline:
         """What the code of the stage depends on."""
@@ -249,7 +257,8 @@ class _IntervalStage:
             )
             for i in range(FEET)
         ]
-        end, middle = step(ca, begin, feet, h, own.figures, body.terrain)
+        wrench = None if body.wrench is None else ca.vertsplit(body.wrench)
+        end, middle = step(ca, begin, feet, h, own.figures, body.terrain, wrench)
         reached = ca.vertcat(*state_entries(layout, end, own.momentum), force, motion[0::2])
         symbols.add_rows(following - reached, "dynamics", Place.INTERVAL_END.name)
 

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rollgait.dynamics.wrench import WRENCH_SIZE
 from rollgait.footing.footing import PARAMETERS
 from rollgait.ocp.problem import Problem
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Mask, Place
@@ -102,6 +103,7 @@ def make_stage(
     """
     own_numbers = own_numbers or {}
     extra = () if problem.footing.is_flat else tuple(PARAMETERS.items())
+    extra += () if problem.wrench is None else (("wrench", WRENCH_SIZE),)
     extra += tuple((name, value.shape[0]) for name, value in own_numbers.items())
     plan = outline(recipe.name, problem.terms, problem, recipe.places, recipe.terminal, extra)
     code = find_code(recipe, plan, store)
@@ -202,4 +204,6 @@ def _body_numbers(problem: Problem) -> dict[str, Array]:
     }
     columns = {name: np.asarray(value, dtype=float)[:, None] for name, value in values.items()}
     by_interval = {"interval": problem.schedule.lengths[None, :]}
+    if problem.wrench is not None:
+        by_interval["wrench"] = problem.wrench
     return columns | by_interval | ({} if problem.footing.is_flat else problem.footing.parameters())

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.dynamics.foot import planar_motion
-from rollgait.dynamics.step import Figures, angular_momentum, euler_rate
+from rollgait.dynamics.step import Figures, angular_momentum, euler_rate, rotation
+from rollgait.dynamics.wrench import external, wrench_numbers
 from rollgait.plant.control import Control
 from rollgait.plant.fall import is_fallen
 from rollgait.plant.stance import standing_state
 from rollgait.plant.state import RobotState
+from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import GRAVITY, FootKind, Robot
 
 if TYPE_CHECKING:
@@ -33,6 +36,7 @@ class RigidPlant:
         noise: standard deviation of a random velocity change in each period, m/s (and rad/s).
         seed: of the noise.
         terrain: the ground; level, as high as the controller has it, if not given.
+        wrenches: what pulls at the base.
     """
 
     name = "rigid"
@@ -44,6 +48,7 @@ class RigidPlant:
         noise: float = 0.0,
         seed: int = 0,
         terrain: Terrain | None = None,
+        wrenches: Sequence[Wrench] = (),
     ) -> None:
         from scipy.integrate import solve_ivp  # takes a tenth of a second to load
 
@@ -63,6 +68,7 @@ class RigidPlant:
             self._legs_by_kind.setdefault(leg.foot, []).append(i)
         self._heading_offset = np.array([leg.heading for leg in legs])
         self._surfaces = None if terrain is None else _surfaces(terrain, robot)
+        self._wrenches = tuple(wrenches)
         self._pushes: list[tuple[float, Array]] = []
         self.fallen = False
 
@@ -80,6 +86,7 @@ class RigidPlant:
         x, period = self._state, control.period
         self._pushes = [push for push in self._pushes if push[0] > x.time + 1e-9]
         pushing = np.sum([force for _, force in self._pushes], axis=0) if self._pushes else np.zeros(3)
+        pulled = self._pulled(x.time, x.time + period)
         I_B = self._robot.inertia_matrix.tolist()
         L = np.array(angular_momentum(np, x.euler.tolist(), x.euler_rate.tolist(), I_B))
         height = control.end.foot_position[:, 2]
@@ -96,9 +103,13 @@ class RigidPlant:
             acceleration = (control.force.sum(axis=0) + pushing) / self._robot.mass
             acceleration[2] -= GRAVITY
             torque = np.cross(p + offset - y[:3], control.force).sum(axis=0)
-            turning = self._euler_rate(theta, momentum)
-            velocity, turn = self._feet(control.motion, heading, theta[0], turning[0])
-            return np.concatenate([y[6:9], turning, acceleration, torque, velocity.ravel(), turn])
+            if pulled is not None:
+                force, turning = external(pulled, rotation(np, list(theta)))
+                acceleration += np.array(force) / self._robot.mass
+                torque += turning
+            rates = self._euler_rate(theta, momentum)
+            velocity, turn = self._feet(control.motion, heading, theta[0], rates[0])
+            return np.concatenate([y[6:9], rates, acceleration, torque, velocity.ravel(), turn])
 
         found = self._solve_ivp(rate, (0.0, period), y0, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE)
         y = found.y[:, -1]
@@ -119,6 +130,13 @@ class RigidPlant:
             speed=control.motion[:, 0].copy(),
         )
         self.fallen |= self._has_fallen()
+
+    def _pulled(self, begin: float, end: float) -> Array | None:
+        """What pulls at the base in a period, as `dynamics.wrench` has it; None if nothing."""
+        if not self._wrenches:
+            return None
+        times = np.array([begin, end])
+        return wrench_numbers(self._wrenches, self._robot.com_offset, times[:1], times[1:])[:, 0]
 
     def _touch(self, feet: Array) -> tuple[Array, Array]:
         """z of the ground under feet (4, 3), (4,), and from there to the contacts, (4, 3), m."""

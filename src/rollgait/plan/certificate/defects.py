@@ -9,6 +9,7 @@ import numpy as np
 from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.case import Case
 from rollgait.plan.certificate.integration import TooWildError, integrate
+from rollgait.plan.certificate.loads import pulls_of
 from rollgait.plan.certificate.motion import SAMPLES, interpolation
 from rollgait.plan.certificate.physics import (
     Array,
@@ -94,7 +95,7 @@ def integrated_states(case: Case, planned: BodyState) -> BodyState:
     Returns:
         states with leading axes (N, K + 1); infinite if the motion is too wild to be integrated.
     """
-    motion, robot = case.motion, case.robot
+    motion, robot, pulls = case.motion, case.robot, pulls_of(case)
     h = motion.lengths[:, None]
     inputs = np.moveaxis(_planned_inputs(case).flat(), 1, 0)
     states = np.moveaxis(planned.flat(), 1, 0)
@@ -105,7 +106,7 @@ def integrated_states(case: Case, planned: BodyState) -> BodyState:
 
     def slope(t: Array, y: Array) -> Array:
         now = Inputs.from_flat(at_times(t, inputs))
-        return np.asarray(h * derivative(robot, BodyState.from_flat(y), now).flat())
+        return np.asarray(h * derivative(robot, BodyState.from_flat(y), now, pulls).flat())
 
     def guess(t: Array) -> Array:
         return at_times(t, states[:SAMPLES])

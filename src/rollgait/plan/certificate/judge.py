@@ -21,11 +21,13 @@ from rollgait.plan.certificate.limits import (
     check_speeds,
     check_steering,
 )
+from rollgait.plan.certificate.loads import check_loads
 from rollgait.plan.certificate.motion import DenseMotion
 from rollgait.plan.certificate.rows import Certificate, Row, measured
 from rollgait.plan.certificate.support import check_support
 
 CHECKS: tuple[Callable[[Case], Iterator[Row]], ...] = (
+    check_loads,
     check_defects,
     check_stance,
     check_swing,

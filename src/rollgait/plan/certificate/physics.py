@@ -6,6 +6,7 @@ angles, so that nothing of Ė or of a singularity at 90° pitch enters the judge
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -143,11 +144,35 @@ class Inputs:
         return cls(force, u[..., 12:16], u[..., 16:20], u[..., 20:24], u[..., 24:28], contact)
 
 
-def derivative(robot: Robot, state: BodyState, inputs: Inputs) -> BodyState:
+@dataclass(frozen=True)
+class Pull:
+    """A force and a torque on the base from outside.
+
+    Attributes:
+        force, torque: (3,), N and N·m.
+        lever: from the CoM to where the force acts, base axes, (3,), m.
+        in_base: whether force and torque turn with the base.
+        acts: in which intervals, (N,).
+    """
+
+    force: Array
+    torque: Array
+    lever: Array
+    in_base: bool
+    acts: NDArray[np.bool_]
+
+    def at(self, R: Array) -> tuple[Array, Array]:
+        """Force and torque about the CoM in the world, (…, N, 3) each, for orientations (…, N, 3, 3)."""
+        force, torque = ((R @ v if self.in_base else v) for v in (self.force, self.torque))
+        acts = self.acts[:, None]
+        return acts * force, acts * (torque + np.cross(R @ self.lever, force))
+
+
+def derivative(robot: Robot, state: BodyState, inputs: Inputs, pulls: Sequence[Pull] = ()) -> BodyState:
     """Time derivative of the state.
 
-    m r̈ = m g + Σ f;  I_W ω̇ + ω × I_W ω = Σ (c − r) × f with I_W = R I_B Rᵀ, c the contacts;  Ṙ = [ω]× R;
-    ṗ = along (cos σ, sin σ) + across (−sin σ, cos σ), and the climb in z.
+    m r̈ = m g + Σ f + F;  I_W ω̇ + ω × I_W ω = Σ (c − r) × f + T with I_W = R I_B Rᵀ, c the contacts, F and T
+    from outside;  Ṙ = [ω]× R;  ṗ = along (cos σ, sin σ) + across (−sin σ, cos σ), and the climb in z.
     """
     inertia_base = robot.inertia_matrix
     R, omega = state.rotation, state.angular_velocity
@@ -156,6 +181,9 @@ def derivative(robot: Robot, state: BodyState, inputs: Inputs) -> BodyState:
     if inputs.contact is not None:
         lever = lever + inputs.contact
     torque = np.cross(lever, inputs.force).sum(axis=-2)
+    for pull in pulls:
+        force, turning = pull.at(R)
+        acceleration, torque = acceleration + force / robot.mass, torque + turning
     R_base_world = np.swapaxes(R, -1, -2)
     momentum = _apply(R, _apply(R_base_world, omega) @ inertia_base)
     balance = torque - np.cross(omega, momentum)

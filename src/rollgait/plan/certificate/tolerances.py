@@ -55,6 +55,12 @@ ACCELERATION_MARGIN = 1e-2
 DURATION = 1e-6
 """s; nobody times a motion to a microsecond, and sums of intervals are a thousand times as exact."""
 
+# -- the robot carries what was asked for
+LOAD_MASS = 1e-6
+"""kg; both sums are exact but for round-off."""
+LOAD_INERTIA = 1e-6
+"""Share of the trace; likewise."""
+
 # -- both ends
 START_POSITION = 1e-4
 """m; a hard equality of the problem."""
