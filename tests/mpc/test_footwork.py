@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rollgait as rg
-from rollgait.mpc.footwork import FELT, STRIDE_SHARE, Footwork
+from rollgait.mpc.footwork import FELT, Footwork, stride_share
 from rollgait.mpc.gaits import GAITS
 
 ROVER, STRIDER, CENTAURO = (rg.find_robot(name) for name in ("rover", "strider", "centauro"))
@@ -61,7 +61,7 @@ def test_a_stance_fits_into_the_box(name: str, gait: str, twist: tuple[float, fl
     dragged = feet.dragged(velocities(robot, cut)[..., None], used.wheels == "locked")[..., 0]
     way = 0.5 * (used.period - used.swing) * np.abs(dragged.T) * (used.swing > 0.0)
     low, high = np.moveaxis(robot.foot_boxes()[:, :, :2], 1, 0)
-    assert np.all(way <= STRIDE_SHARE * np.minimum(-low, high) + 1e-9)
+    assert np.all(way <= stride_share(used) * np.minimum(-low, high) + 1e-9)
     if used.swing == 0.0:
         np.testing.assert_allclose(dragged, 0.0, atol=10.0 * FELT)
 

@@ -20,7 +20,9 @@ Twist = tuple[float, float, float]
 """Forward, lateral (m/s, base-yaw frame), yaw rate (rad/s)."""
 
 STRIDE_SHARE: Final = 0.6
-"""Share of a foot's box that strides use; the rest is for the sway of the CoM over the feet."""
+"""Share of a foot's box that strides use where feet step one by one; the rest is for the sway of the CoM."""
+STRIDE_SHARE_OF_PAIRS: Final = 0.85
+"""The same where feet step in pairs, so that the CoM hardly sways."""
 FELT: Final = 1e-6
 """Speed across from which on a foot counts as dragged, m/s for 1 m/s or 1 rad/s."""
 STEPPING: Final = "trot"
@@ -87,7 +89,7 @@ class Footwork:
         wanted = np.array(twist, dtype=float)
         speed = np.abs(pinned @ wanted)
         stance = gait.period - gait.swing
-        room = 2.0 * STRIDE_SHARE * self._side / stance if gait.swing > 0.0 else np.zeros((4, 2))
+        room = 2.0 * stride_share(gait) * self._side / stance if gait.swing > 0.0 else np.zeros((4, 2))
         moving = speed > FELT * max(1.0, float(np.abs(wanted).max()))
         share = float(np.min(room[moving] / speed[moving], initial=1.0))
         forward, lateral, turn = np.where(takes_steps, share * wanted, wanted).tolist()
@@ -121,6 +123,11 @@ class Footwork:
         """The gait to begin with: rolling where all of these velocities (n, 3) can be rolled, else steps."""
         drive = GAITS["drive"]
         return STEPPING if any(self.note(drive, twist) for twist in np.atleast_2d(twists)) else drive.name
+
+
+def stride_share(gait: CyclicGait) -> float:
+    """Share of a foot's box that the strides of a gait use."""
+    return STRIDE_SHARE if len(set(gait.phase)) == len(gait.phase) else STRIDE_SHARE_OF_PAIRS
 
 
 def _steps() -> list[str]:
