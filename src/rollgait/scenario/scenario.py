@@ -425,8 +425,9 @@ class Scenario(Shown, Config):
 
     def _stands_throughout(self) -> bool:
         """Whether some point foot never leaves the ground, though the gait is given."""
-        points = [data.foot == "point" for data in self.body.leg_list]
-        return self.gait.kind != "discover" and bool(self.schedule.contact.all(axis=1)[points].any())
+        never: NDArray[np.bool_] = np.all(self.schedule.contact, axis=1)
+        points = np.array([data.foot == "point" for data in self.body.leg_list])
+        return self.gait.kind != "discover" and bool(np.any(never & points))
 
     def _farthest(self, begin: float, end: float) -> float:
         """How far the slowest foot that must come along can get, m."""
