@@ -17,6 +17,7 @@ from rollgait.robot.whole_body import find_whole_body, load_whole_body
 from rollgait.simulation.feedback import PERIOD, BaseFeedback
 from rollgait.simulation.leg_shift import LegShift
 from rollgait.simulation.world import World, build_world
+from tests.robot.lookalikes import LOOKALIKES
 
 FIXTURES = Path(__file__).parent.parent / "fixtures"
 MOTIONS = ("rover-crawl", "strider-crawl")
@@ -143,6 +144,20 @@ def test_joints_shift_the_feet_as_far_as_asked(name: str) -> None:
     for _ in range(5):
         legs.update(q[:3], q[3:7], q[7:], np.zeros((4, 3)))
     np.testing.assert_allclose(legs.joints, 0.0, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "can"), [("fixed-plain", True), ("fixed-planar", False), ("point-small", True)]
+)
+def test_legs_without_a_joint_for_it_are_not_asked_to_move_sideways(
+    name: str, can: bool, tmp_path: Path
+) -> None:
+    urdf = tmp_path / f"{name}.urdf"
+    urdf.write_text(LOOKALIKES[name].urdf())
+    model = WholeBodyModel(rg.import_robot(urdf).body)
+    q = model.posture
+    world = build_world(model.config, model.joint_names)
+    assert LegShift(world).moves_all_ways(q[:3], q[3:7], q[7:]) == can
 
 
 def test_with_feedback_robots_without_steering_end_on_their_plans(stepping: rg.JointTrajectory) -> None:

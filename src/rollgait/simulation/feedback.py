@@ -96,6 +96,8 @@ class BaseFeedback:
         steps = joints.time[~joints.reference.contact.all(axis=1)]
         self._stands_from = float(steps[-1]) + AFTER_STEP if len(steps) else 0.0
         self._legs = LegShift(world)
+        begin = (joints.base_position[0], joints.base_quaternion[0], joints.joint_position[0])
+        self._legs_move_all_ways = self._legs.moves_all_ways(*begin)
         self._free = _middle_of_swings(joints.reference.contact)
 
     def update(self, time: float, data: Any) -> tuple[Array, Array]:
@@ -126,8 +128,9 @@ class BaseFeedback:
             steering_rate = self._steer(k, np.zeros(2), turned, speed)
             across = away - (away @ along) * along
             gain = SHIFT_GAIN if time >= self._stands_from else STEPPING_GAIN
-            self._shift_base(k, across, turned, ~self._free[k], gain)
-            self._place_swinging(k, across, turned, self._free[k])
+            if self._legs_move_all_ways:
+                self._shift_base(k, across, turned, ~self._free[k], gain)
+                self._place_swinging(k, across, turned, self._free[k])
         height = np.zeros((4, 1))
         self._legs.update(
             plan.base_position[k],

@@ -20,6 +20,10 @@ Array = NDArray[np.float64]
 POSITION_WEIGHT: Final = 1e4
 """Of a foot's place over its orientation where a leg cannot keep both, 1/m² per 1/rad²."""
 
+SIDEWAYS_MIN: Final = 0.05
+"""Share of what joints move a foot at most that they move it at least, whatever the direction, in a leg that
+counts as able to: one without a joint for a side has no more than what the tilt of the base gives."""
+
 SINGULAR: Final = 1e-3
 """Share of the largest singular value below which a direction counts as none: a straight knee."""
 
@@ -39,6 +43,20 @@ class LegShift:
         self._planned, self._shifted = mujoco.MjData(world.model), mujoco.MjData(world.model)
         self._legs = [np.zeros(len(leg)) for leg in world.legs]
         self.joints: Array = np.zeros(len(world.joint_names))
+
+    def moves_all_ways(self, base_position: Array, base_quaternion: Array, joint_position: Array) -> bool:
+        """Whether each leg can move its foot in all directions, in a configuration as for `update`."""
+        world, data = self._world, self._planned
+        world.put(data, base_position, base_quaternion, joint_position)
+        mujoco.mj_kinematics(world.model, data)
+        mujoco.mj_comPos(world.model, data)
+        J_p = np.zeros((3, world.model.nv))
+        for foot, places in zip(world.feet, world.legs, strict=True):
+            mujoco.mj_jacGeom(world.model, data, J_p, None, foot)
+            sizes = np.linalg.svd(J_p[:, world.velocity[places]], compute_uv=False)
+            if len(sizes) < 3 or sizes[-1] < SIDEWAYS_MIN * sizes[0]:
+                return False
+        return True
 
     def update(
         self, base_position: Array, base_quaternion: Array, joint_position: Array, shift: Array
