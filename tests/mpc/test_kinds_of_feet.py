@@ -21,9 +21,12 @@ PATIENT = MpcSettings(deadline=10.0)
 
 
 def run(
-    kind: Literal["fixed", "point"], seconds: float, gait: str, **command: Any
+    kind: Literal["fixed", "point"], seconds: float, gait: str, told: str = "", **command: Any
 ) -> tuple[RobotState, Array]:
-    """The last state, and the fastest that feet on the ground moved along their heading and across, m/s."""
+    """The last state, and the fastest that feet on the ground moved along their heading and across, m/s.
+
+    Events say what the feet cannot do, `told`, and nothing else.
+    """
     loop: ClosedLoop = make_loop(find_robot("centauro").with_feet(kind), "rigid", PATIENT, gait=gait)
     fastest = np.zeros(2)
     for _ in range(round(seconds / PATIENT.period)):
@@ -39,7 +42,8 @@ def run(
         for axis, direction in enumerate((along, across)):
             fastest[axis] = max(fastest[axis], np.abs((direction * velocity.T).sum(axis=0)).max(initial=0.0))
         assert not loop.plant.fallen
-    assert not loop.mpc.events
+    assert all(told and told in event.text for event in loop.mpc.events)
+    assert len(loop.mpc.events) == bool(told)
     return loop.plant.state, fastest
 
 
@@ -57,18 +61,35 @@ def test_fixed_wheels_drive_straight(forward: float) -> None:
     "command", [{"turn_rate": 0.3}, {"lateral": 0.1}, {"forward": 0.2, "turn_rate": 0.3}]
 )
 def test_fixed_wheels_never_slip_sideways_whatever_they_are_told(command: dict[str, float]) -> None:
-    _, (_, across) = run("fixed", 2.0, "drive", **command)
+    state, (_, across) = run(
+        "fixed", 2.0, "drive", told="wheels that do not steer only roll ahead", **command
+    )
     assert across < 1e-3  # the heading turns within a period
+    assert abs(state.euler[0]) < 0.02  # it goes straight on
+    assert state.com_velocity[0] == pytest.approx(command.get("forward", 0.0), abs=0.02)
 
 
 def test_fixed_wheels_turn_by_steps() -> None:
-    state, (_, across) = run("fixed", 3.0, "crawl", turn_rate=0.15)
-    assert state.euler[0] > np.radians(8.0)
+    state, (_, across) = run("fixed", 3.0, "trot", turn_rate=0.15)
+    assert state.euler[0] == pytest.approx(0.15 * 3.0, abs=0.1)
     assert np.hypot(*state.com_position[:2]) < 0.05
+    assert across < 1e-3
+
+
+def test_fixed_wheels_go_sideways_by_steps() -> None:
+    state, (_, across) = run("fixed", 4.0, "trot", lateral=0.1)
+    assert state.com_position[1] == pytest.approx(0.4, abs=0.08)
+    assert abs(state.com_position[0]) < 0.05
     assert across < 1e-3
 
 
 def test_point_feet_stand_still_and_walk() -> None:
     state, fastest = run("point", 3.0, "trot", forward=0.1)
     assert state.com_position[0] > 0.15
+    np.testing.assert_allclose(fastest, 0.0, atol=1e-9)
+
+
+def test_point_feet_do_not_roll_and_say_so() -> None:
+    state, fastest = run("point", 1.0, "drive", told="point feet do not roll", forward=0.2)
+    np.testing.assert_allclose(state.com_position[:2], 0.0, atol=0.01)
     np.testing.assert_allclose(fastest, 0.0, atol=1e-9)

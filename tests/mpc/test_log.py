@@ -57,6 +57,21 @@ def test_round_trip(log: MpcLog, tmp_path: Path) -> None:
     assert again.report().events == ("0.25 s: something",)
 
 
+def test_feet_where_no_leg_could_have_them_are_a_failure_of_a_plant_without_legs(log: MpcLog) -> None:
+    """Whatever way the robot looks: the box turns with its base."""
+    x, y = log.robot.foot_boxes()[0, 1, :2]
+    feet, yaw = log.foot_position.copy(), log.euler[-1, 0]
+    forward, left = np.array([np.cos(yaw), np.sin(yaw)]), np.array([-np.sin(yaw), np.cos(yaw)])
+    nominal = log.com_position[-1, :2] + log.robot.stance[0, 0] * forward + log.robot.stance[0, 1] * left
+    feet[-1, 0, :2] = nominal + (x + 0.17) * forward + y * left
+    level = replace(log, foot_position=feet, euler=log.euler * [1.0, 0.0, 0.0])
+    assert level.report().outside == pytest.approx(0.17, abs=1e-6)
+    assert not level.report().passed
+    assert "170 mm outside its box" in level.report().verdict
+    assert replace(level, plant="mujoco").report().passed  # its legs have reached there
+    assert log.report().outside == 0.0
+
+
 def test_the_tracking_of_a_log_is_what_its_numbers_say(log: MpcLog) -> None:
     wanted = np.zeros((50, 3))
     wanted[:, 0] = log.com_velocity[:, 0] * np.cos(log.euler[:, 0])

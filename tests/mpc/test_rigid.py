@@ -72,6 +72,28 @@ def test_pushes_add_up() -> None:
     assert_equal(both.state, one.state)
 
 
+ALLOWED: dict[FootKind, list[float]] = {"steerable": [1.0, 1.0], "fixed": [1.0, 0.0], "point": [0.0, 0.0]}
+"""Which of its two motions a foot of a kind has while it stands."""
+
+
+@pytest.mark.parametrize("kind", ["steerable", "fixed", "point"])
+def test_feet_that_stand_do_only_what_their_kind_can(kind: FootKind) -> None:
+    """Whatever they are told: wheels go nowhere but along their heading, points stand still."""
+    robot, start = ROBOT.with_feet(kind), standing_state(ROBOT)
+    told = np.random.default_rng(0).normal(size=(4, 2))
+    force = np.tile([0.0, 0.0, ROBOT.weight / 4.0], (4, 1))
+    plants = [RigidPlant(robot, start) for _ in range(2)]
+    for plant, motion in zip(plants, (told, told * ALLOWED[kind]), strict=True):
+        plant.step(control(start, force, motion))
+    assert_equal(plants[0].state, plants[1].state)
+    moved = plants[0].state.foot_position - start.foot_position
+    across = moved[:, 1] * np.cos(start.heading) - moved[:, 0] * np.sin(start.heading)
+    if kind == "fixed":
+        np.testing.assert_allclose(across, 0.0, atol=1e-4)
+    if kind == "point":
+        np.testing.assert_allclose(moved, 0.0, atol=1e-12)
+
+
 @pytest.mark.parametrize("kind", ["steerable", "fixed", "point"])
 def test_it_agrees_with_the_planners_step_to_its_order(kind: FootKind) -> None:
     robot = ROBOT.with_feet(kind)
@@ -82,7 +104,7 @@ def test_it_agrees_with_the_planners_step_to_its_order(kind: FootKind) -> None:
         if kind == "fixed":
             start = replace(start, heading=start.euler[0] + np.array(offsets))
         force = np.array([0.0, 0.0, ROBOT.weight / 4.0]) + 30.0 * random.normal(size=(4, 3))
-        motion = random.normal(size=(4, 2))
+        motion = random.normal(size=(4, 2)) * ALLOWED[kind]
         for period in gaps:
             plant = RigidPlant(robot, start)
             plant.step(control(start, force, motion, period))

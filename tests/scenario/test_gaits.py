@@ -10,6 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import rollgait as rg
+from rollgait.errors import InputError
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.gaits import GAITS
 from rollgait.robot import LEG_NAMES
@@ -94,3 +95,9 @@ def test_centauro_steps_in_pairs(name: str) -> None:
     assert plan.solved
     assert plan.certificate().passed, plan.certificate().failures
     assert {int(n) for n in plan.schedule.contact.sum(axis=0)} == {2, 4}
+
+
+def test_point_feet_that_take_no_step_get_nowhere_and_it_says_so() -> None:
+    scenario = rg.Scenario(robot="strider", goal=rg.Goal(x=1.0), horizon=4.0, gait=rg.Drive())
+    with pytest.raises(InputError, match="a foot that does not roll takes no step in the gait 'drive'"):
+        scenario.check()

@@ -12,7 +12,7 @@ import rollgait as rg
 from rollgait.mpc.log import MpcLog
 from rollgait.mpc.plants.rigid import RigidPlant
 from rollgait.mpc.prediction import Event
-from rollgait.plant.stance import standing_control
+from rollgait.plant.stance import standing_control, standing_state
 from rollgait.view.mpc_clip import clip_of_mpc
 from rollgait.view.opening import open_clip
 
@@ -23,7 +23,8 @@ COUNT, PERIOD = 101, 0.01
 def log() -> MpcLog:
     """A robot that drives straight ahead on a rigid body, without a controller."""
     robot = rg.find_robot("centauro")
-    plant, states = RigidPlant(robot), []
+    start = replace(standing_state(robot), com_velocity=np.array([0.3, 0.0, 0.0]))
+    plant, states = RigidPlant(robot, start), []
     for _ in range(COUNT):
         states.append(plant.state)
         control = standing_control(robot, plant.state, PERIOD)

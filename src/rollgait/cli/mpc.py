@@ -134,12 +134,12 @@ def _loop(
 ) -> ClosedLoop:
     """The closed loop that the options ask for. Raises what they have wrong."""
     from rollgait.cli.ground_input import ground_from, terrain_of
-    from rollgait.cli.mpc_input import FIRST_GAIT, REPLAY
+    from rollgait.cli.mpc_input import REPLAY, first_gait
     from rollgait.errors import InputError, UnknownNameError
     from rollgait.mpc.setup import PLANTS, make_loop
+    from rollgait.robot.library import find_robot
 
     options: dict[str, Any] = {
-        "gait": asked.script.gait or FIRST_GAIT,
         "estimator": estimator,
         "kernels": kernels,
         "seed": seed,
@@ -154,7 +154,8 @@ def _loop(
         if ground is not None:
             raise InputError("ground", ground, "cannot be chosen for a recording: it was made on its own")
         log = MpcLog.load(plant.removeprefix(REPLAY))
-        return make_loop(log.robot if robot is None else robot, Replay(log), settings, **options)
+        body = log.robot if robot is None else find_robot(robot)
+        return make_loop(body, Replay(log), settings, gait=first_gait(asked.script, body), **options)
     if plant not in PLANTS:
         raise UnknownNameError("plant", plant, (*PLANTS, f"{REPLAY}FILE"))
     if asked.scenario is not None:
@@ -163,8 +164,10 @@ def _loop(
         options["loads"] = asked.scenario.loads
     if ground is not None:
         options["terrain"] = terrain_of(ground_from(ground)[0])
-    body = asked.scenario.robot if asked.scenario is not None else "centauro"
-    return make_loop(body if robot is None else robot, plant, settings, **options)
+    usual = asked.scenario.robot if asked.scenario is not None else "centauro"
+    chosen = usual if robot is None else robot
+    body = find_robot(chosen) if isinstance(chosen, str) else chosen
+    return make_loop(body, plant, settings, gait=first_gait(asked.script, body), **options)
 
 
 def _no_longer(asked: Asked, loop: ClosedLoop) -> Asked:
@@ -198,6 +201,7 @@ def _print(log: MpcLog, report: MpcReport, asked: Asked, settings: MpcSettings, 
             ("final yaw", number(report.final_yaw_deg), "deg"),
             ("violation", number(report.violation), "largest of a constraint, scaled"),
             ("tilt, largest", number(report.tilt_deg), "deg from upright"),
+            ("outside the box", number(MILLI * report.outside), "mm, a foot at most"),
             ("coasting", str(report.coasting), "steps on an older plan"),
             ("standing", str(report.standing), "steps after a fault"),
         ],

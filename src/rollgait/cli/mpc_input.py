@@ -11,16 +11,16 @@ from typing import Any, Final
 from rollgait.config import load_yaml, parse_setting, parse_value, set_key, validate
 from rollgait.errors import FileError, InputError, UnknownNameError
 from rollgait.mpc.command import PoseCommand, VelocityCommand
+from rollgait.mpc.footwork import Footwork
 from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.script import RandomScript, Script, TimedCommand, TimedPush, script_of
 from rollgait.mpc.settings import MpcSettings
 from rollgait.plant.disturbances import PUSH_DURATION, Push
+from rollgait.robot.robot import Robot
 from rollgait.scenario import Scenario, find_scenario, scenario_names
 
 RANDOM: Final = "random"
 REPLAY: Final = "replay:"
-FIRST_GAIT: Final = "drive"
-"""With which a script begins that does not say it."""
 DURATION: Final = 20.0
 """Of a run whose command does not say how long it takes, s."""
 DURATION_MAX: Final = 86400.0
@@ -63,6 +63,22 @@ def asked_from(
     return Asked(script, asked.words, asked.scenario)
 
 
+def first_gait(script: Script, robot: Robot) -> str:
+    """The gait with which a script begins: its own, or else one in which the robot's feet can follow it."""
+    if script.gait is not None:
+        return script.gait
+    anywhere = (1.0, 1.0, 1.0)
+    commands = [timed.command for timed in script.commands]
+    return Footwork(robot).fitting(
+        [
+            (command.forward, command.lateral, command.turn_rate)
+            if isinstance(command, VelocityCommand)
+            else anywhere
+            for command in commands
+        ]
+    )
+
+
 def pushes_from(text: str, duration: float, seed: int) -> list[TimedPush]:
     """`100N@5s` as for `rollgait simulate`, or `100N/5s`: every 5 s, in random directions."""
     every = _EVERY.fullmatch(text.strip())
@@ -103,9 +119,7 @@ def _commands(text: str, duration: float, seed: int) -> Asked:
         return _in_file(text)
     if "=" in text:
         command = command_from(text)
-        script = Script(
-            duration=duration, gait=command.gait or FIRST_GAIT, commands=(TimedCommand(command=command),)
-        )
+        script = Script(duration=duration, gait=command.gait, commands=(TimedCommand(command=command),))
         script.check()
         return Asked(script, text)
     if text in scenario_names():

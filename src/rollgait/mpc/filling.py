@@ -13,6 +13,7 @@ from rollgait.dynamics.wrench import wrench_numbers
 from rollgait.errors import InputError
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.context import LiveContext
+from rollgait.mpc.footwork import Footwork
 from rollgait.mpc.ground.level import LevelGround
 from rollgait.mpc.reference import Reference
 from rollgait.mpc.settings import MpcBounds, MpcSettings, MpcWeights
@@ -36,6 +37,11 @@ CENTRING_RATE: Final = 1.0
 OVER_FEET: Final = 0.5
 """On a slope the CoM is wanted so far of the way from along the axis of the tilted base to upright over the
 middle of the feet: upright is what carries best, along the axis where legs reach best."""
+POINT_SPEED: Final = 2.0
+"""Factor on the bound of a swing's speed for point feet: they stand still while wheels roll on, and go the
+way of a whole cycle in one swing."""
+POINT_ACCELERATION: Final = 3.0
+"""The same for its acceleration."""
 SMALL_MOMENT: Final = 1e-4
 """m²: lets two feet share the weight that cannot balance it about their line."""
 
@@ -101,6 +107,7 @@ class Filling:
         """Mass, inertia, stance and limbs of a robot with the same feet."""
         self.robot = robot
         self.context.robot = robot
+        self._feet = Footwork(robot)
         upper = np.triu_indices(3)
         for stage in self._stages:
             self._all(stage, "inertia", robot.inertia_matrix[upper])
@@ -132,9 +139,13 @@ class Filling:
             )
         self.bounds = bounds
         self._speed = np.array([min(bounds.speed_max, leg.speed_max) for leg in legs])
-        self.speed_limit: Array = np.maximum(self._speed, bounds.swing_speed_max)
+        self._swing_speed = np.where(self.rolls, 1.0, POINT_SPEED) * bounds.swing_speed_max
+        self.swing_acceleration: Array = (
+            np.where(self.rolls, 1.0, POINT_ACCELERATION) * bounds.swing_acceleration_max
+        )
+        self.speed_limit: Array = np.maximum(self._speed, self._swing_speed)
         rates = [min(bounds.steering_rate_max, leg.steering_rate_max) for leg in legs]
-        second = np.where(self.steers, rates, bounds.swing_speed_max)
+        second = np.where(self.steers, rates, self._swing_speed)
         self.second_limit: Array = second
         self._put_limits("second_motion", -second[:, None], second[:, None])
         self._problem.interval.numbers("mu")[:] = bounds.friction
@@ -180,9 +191,9 @@ class Filling:
         self.stands = stands
         self.share, self.force_low, self.force_high = share, low, high
         self._put_limits("friction", np.repeat(np.where(stands, 0.0, -OPEN), 4, axis=0), np.inf)
-        speed = np.where(stands, self._speed[:, None], bounds.swing_speed_max)
+        speed = np.where(stands, self._speed[:, None], self._swing_speed[:, None])
         self._put_limits("first_motion", -speed, speed)
-        rate_max = np.where(share >= 1.0, bounds.acceleration_max, bounds.swing_acceleration_max) * h
+        rate_max = np.where(share >= 1.0, bounds.acceleration_max, self.swing_acceleration[:, None]) * h
         self._put_limits("acceleration", -rate_max, rate_max)
         self.usual_force: Array = self._static_forces(share)
         stage.numbers("force_ref")[2::3] = self.usual_force
@@ -304,11 +315,12 @@ class Filling:
             self._all(stage, "stance", self.stance.ravel())
 
     def put_strides(self, clock: GaitClock, time: float, foot_velocity: Array) -> None:
-        """Shifts the nominal stance of feet with locked wheels: ahead where they land, then behind."""
-        if not clock.locked(time):
+        """Shifts the nominal stance of feet where they do not roll: ahead where they land, then behind."""
+        dragged = self._feet.dragged(foot_velocity, clock.locked(time))
+        if not dragged.any() or clock.gait.swing <= 0.0:
             self._ahead = np.zeros((2, 4, self.count + 1))
             return
-        ahead = clock.stride(time + self.interval * np.arange(self.count + 1, dtype=float)).T * foot_velocity
+        ahead = clock.stride(time + self.interval * np.arange(self.count + 1, dtype=float)).T * dragged
         self._ahead = ahead
         stage, end = self._stages
         for axis in range(2):

@@ -52,7 +52,7 @@ def first_inputs(
     motion[locked] = 0.0
     motion[contact & ~fill.steers, 1] = 0.0  # no wheel slips sideways
     before = np.zeros(4) if previous is None else previous.motion[:, 0]
-    limit = period * np.where(contact, bounds.acceleration_max, bounds.swing_acceleration_max)
+    limit = period * np.where(contact, bounds.acceleration_max, fill.swing_acceleration)
     change = np.clip(motion[:, 0] - before, -limit, limit)
     speed, rate = fill.speed_limit, fill.second_limit
     motion[:, 0] = np.where(locked, 0.0, np.clip(before + change, -speed, speed))

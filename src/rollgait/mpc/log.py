@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field
 
 from rollgait.archive import ArchiveFormat
 from rollgait.config import Line, Number, Positive
+from rollgait.dynamics.step import rotation
 from rollgait.errors import MISSING, InputError
 from rollgait.mpc.prediction import Event, Prediction
 from rollgait.npz import Layout
@@ -25,6 +26,10 @@ from rollgait.series import DURATION_MAX, check_numbers, check_quaternions, chec
 Array = NDArray[np.float64]
 
 FORMAT: Final = "rollgait-mpc"
+BODILESS: Final = "rigid"
+"""The plant that has no legs, so that feet may be where no leg could have them."""
+OUTSIDE_MAX: Final = 0.05
+"""So far outside its box a foot of that plant may be, m: boxes are costs, and a push costs."""
 MODES: Final = ("tracking", "coasting", "standing")
 
 
@@ -82,6 +87,14 @@ class MpcLog:
     fallen_at: float | None
     events: tuple[Event, ...]
 
+    def outside(self) -> Array:
+        """How far each foot is outside its box in the plane, seen from the base, (n, 4), m; 0 inside."""
+        R: Array = np.moveaxis(np.array(rotation(np, list(self.euler.T))), 2, 0)
+        seen = np.einsum("nji,nlj->nli", R, self.foot_position - self.com_position[:, None])
+        away = (seen - self.robot.stance)[..., :2]
+        low, high = np.moveaxis(self.robot.foot_boxes()[:, :, :2], 1, 0)
+        return np.asarray(np.maximum(np.maximum(low - away, away - high), 0.0).max(axis=2))
+
     def report(self) -> MpcReport:
         """The run in numbers."""
         c, s = np.cos(self.euler[:, 0]), np.sin(self.euler[:, 0])
@@ -109,6 +122,8 @@ class MpcLog:
             final_place=float(np.hypot(*away[-1])),
             final_yaw_deg=float(np.degrees(self.euler[-1, 0] - self.reference[-1, 3])),
             tilt_deg=float(tilt.max()),
+            outside=float(self.outside().max()),
+            bodiless=self.plant == BODILESS,
             violation=float(self.violation.max()),
             cost=_mean(self.cost),
             coasting=int((self.mode == 1).sum()),
@@ -161,6 +176,8 @@ class MpcReport:
         place_rms: CoM from the reference, m.
         final_place, final_yaw_deg: the same at the end, m and degrees.
         tilt_deg: largest.
+        outside: farthest of a foot from its box in the ground plane, m.
+        bodiless: whether the plant has no legs that could have kept it inside.
         violation: largest of a step, in the solver's scaling.
         cost: mean cost per second.
         coasting, standing: steps in these modes.
@@ -184,6 +201,8 @@ class MpcReport:
     final_place: float
     final_yaw_deg: float
     tilt_deg: float
+    outside: float
+    bodiless: bool
     violation: float
     cost: float
     coasting: int
@@ -194,7 +213,12 @@ class MpcReport:
     @property
     def passed(self) -> bool:
         """Whether the robot stayed on its feet and under control."""
-        return self.fallen_at is None and self.standing == 0
+        return self.fallen_at is None and self.standing == 0 and not self.is_out_of_reach
+
+    @property
+    def is_out_of_reach(self) -> bool:
+        """Whether feet of a plant without legs were where no leg could have had them."""
+        return self.bodiless and self.outside > OUTSIDE_MAX
 
     @property
     def verdict(self) -> str:
@@ -203,6 +227,8 @@ class MpcReport:
             return f"the robot falls at {self.fallen_at:.2f} s"
         if self.standing:
             return f"the robot stands for good after {self.duration - self.standing / self.rate:.2f} s"
+        if self.is_out_of_reach:
+            return f"a foot is {1e3 * self.outside:.0f} mm outside its box, where no leg could have it"
         return "the robot stays on its feet"
 
     def to_dict(self) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from rollgait.mpc.command import PoseCommand, VelocityCommand, check_command
 from rollgait.mpc.context import LiveContext
 from rollgait.mpc.filling import Filling
 from rollgait.mpc.first_inputs import first_inputs
+from rollgait.mpc.footwork import Footwork
 from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.ground.level import LevelGround
 from rollgait.mpc.incoming import Incoming
@@ -423,6 +424,10 @@ class Mpc:
         self, command: VelocityCommand | PoseCommand, time: float
     ) -> VelocityCommand | PoseCommand:
         cut, note = command.within(self.settings.limits)
+        if isinstance(cut, VelocityCommand) and self._plans is None and not self._stands:
+            gait = self.clock.gait if cut.gait is None else find_gait(cut.gait)
+            feet = self._feet.note(gait, (cut.forward, cut.lateral, cut.turn_rate))
+            note = "; ".join(part for part in (note, feet) if part)
         if note and note != self._cut:
             self._note(time, f"command beyond the limits: {note}")
         self._cut = note
@@ -580,4 +585,5 @@ class Mpc:
     def _take_robot(self, robot: Robot) -> None:
         self._model = RobotModel(robot, self._problem.layout)
         self._standing = Standing(robot, self.settings)
+        self._feet = Footwork(robot)
         self._fill.set_robot(robot)

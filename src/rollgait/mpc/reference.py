@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.command import PoseCommand, VelocityCommand
+from rollgait.mpc.footwork import Footwork, Twist
 from rollgait.mpc.settings import CommandLimits
 from rollgait.plant.state import RobotState
 from rollgait.robot.robot import Robot
@@ -45,8 +46,6 @@ STICKY: Final = 0.6
 STEERING_SHARE: Final = 0.8
 """Share of the steering rate that is counted on."""
 
-Twist = tuple[float, float, float]
-"""Forward, lateral (m/s, base-yaw frame), yaw rate (rad/s)."""
 Pose = tuple[float, float, float]
 """x, y (m), yaw (rad)."""
 
@@ -76,6 +75,8 @@ class ReferenceMaker:
     def __init__(self, robot: Robot, limits: CommandLimits, steering_rate: float, height: float) -> None:
         self._limits, self._height, self._steering_rate = limits, height, steering_rate
         self._stance = robot.stance[:, :2]
+        self._feet = Footwork(robot)
+        self._offset = np.array([leg.heading for leg in robot.leg_list])
         ranges = np.array([leg.steering for leg in robot.leg_list])
         self._low, self._high = ranges[:, 0] + STEERING_MARGIN, ranges[:, 1] - STEERING_MARGIN
         self._pose: Pose = (0.0, 0.0, 0.0)
@@ -190,7 +191,7 @@ class ReferenceMaker:
         speed = math.hypot(forward, lateral)
         share = min(1.0, gait.speed_max / speed) if speed > 0.0 else 1.0
         turn = max(-gait.turn_rate_max, min(gait.turn_rate_max, turn))
-        return (share * forward, share * lateral, turn)
+        return self._feet.within(gait, (share * forward, share * lateral, turn))
 
     def _on_leash(self, pose: Pose, state: RobotState) -> Pose:
         x, y, yaw = float(state.com_position[0]), float(state.com_position[1]), float(state.euler[0])
@@ -214,7 +215,7 @@ class ReferenceMaker:
         if clock.gait.wheels == "locked":
             return 1.0, 0.0
         wanted = self._foot_velocity(np.array(self._ahead(state, command, clock)))
-        moves = np.hypot(*wanted) > SLOW
+        moves = (np.hypot(*wanted) > SLOW) & self._feet.steers
         if not moves.any():
             return 1.0, 0.0
         steering = state.heading - state.euler[0]
@@ -267,6 +268,9 @@ class ReferenceMaker:
             - STEERING_SHARE * self._steering_rate * interval * np.arange(count),
         )
         speed = sign[:, None] * size * np.cos(np.minimum(left, 0.5 * np.pi)) * rolls
+        steers = self._feet.steers[:, None]
+        heading = np.where(steers, heading, poses[2] + self._offset[:, None])
+        speed = np.where(steers, speed, self._feet.rolling(velocity) * rolls)
         rate = np.stack([c * twists[0] - s * twists[1], s * twists[0] + c * twists[1], 0 * c, twists[2]])
         pose = np.stack([poses[0], poses[1], np.full(count, self._height + self._height_change), poses[2]])
         return Reference(pose, rate, heading, speed, velocity)

@@ -456,13 +456,18 @@ class Scenario(Shown, Config):
             turn = math.radians(min(abs(goal.yaw_deg - yaw), 180.0))
             reach = self._farthest(begin, end) + lean + 2.0 * lever * math.sin(0.5 * turn)
             if distance > reach:
-                raise InputError(
-                    name,
-                    [goal.x, goal.y],
-                    f"must be within {reach:.3g} m, which the speed limits allow in {end - begin:.4g} s; "
-                    f"it is {distance:.3g} m away",
-                )
+                why = f"which the speed limits allow in {end - begin:.4g} s"
+                if self._stands_throughout():
+                    why = f"as a foot that does not roll takes no step in the gait {self.gait.kind!r}"
+                rule = f"must be within {reach:.3g} m, {why}; it is {distance:.3g} m away"
+                raise InputError(name, [goal.x, goal.y], rule)
             x, y, yaw = goal.x, goal.y, goal.yaw_deg
+
+    def _stands_throughout(self) -> bool:
+        """Whether some point foot never leaves the ground, though the gait is given."""
+        never: NDArray[np.bool_] = np.all(self.schedule.contact, axis=1)
+        points = np.array([data.foot == "point" for data in self.body.leg_list])
+        return self.gait.kind != "discover" and bool(np.any(never & points))
 
     def _farthest(self, begin: float, end: float) -> float:
         """How far the slowest foot that must come along can get, m."""

@@ -1,19 +1,23 @@
-"""Feedback of the base pose: a correction twist of the base, carried out by the wheels, and by the legs.
+"""Feedback of the base pose: a correction twist of the base, carried out by those who can.
 
-The twist takes the base to its planned pose in the ground plane. A wheel i at p_i shall then move by
-δ_i = v + ω × (p_i − p_base) on top of its planned velocity: along its heading it rolls faster, across it
-steers, by δ⊥ v / (v² + ε²), as it must roll to get aside. After the last step, as far as the wheels stand
-still, the legs shift the base over the feet: sideways, or all ways where there are no wheels.
+The twist takes the base to its planned pose in the ground plane. Wheels that steer carry it out themselves:
+a wheel i at p_i shall move by δ_i = v + ω × (p_i − p_base) on top of its planned velocity: along its heading
+it rolls faster, across it steers, by δ⊥ v / (v² + ε²), as it must roll to get aside. After the last step, as
+far as the wheels stand still, the legs shift the base over the feet sideways.
+
+Of wheels that do not steer the twist asks only for what is along the heading that all of them share; point
+feet roll nowhere. The rest is for the legs: those that stand shift and turn the base over their feet, those
+in the air go to where their feet were planned in the world, so that steps take back what the base is off.
 """
 
 from __future__ import annotations
 
 from typing import Any, Final
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.simulation.leg_shift import LegShift
 from rollgait.simulation.world import World
 from rollgait.tracking.joints import JointTrajectory
 
@@ -23,7 +27,7 @@ PERIOD: Final = 0.005
 """Time between two corrections, s."""
 
 GAIN: Final = 1.0
-"""Share of the error that is taken back per second, 1/s."""
+"""Share of the error that wheels take back per second, 1/s."""
 
 SPEED_MAX: Final = 0.2
 """Largest linear part of the twist, m/s."""
@@ -44,19 +48,34 @@ SLOW: Final = 0.1
 """ε: a wheel that rolls more slowly steers less, m/s."""
 
 SHIFT_MAX: Final = 0.04
-"""Farthest that the legs shift the base over the feet, m."""
+"""Farthest that legs shift a foot from where it is planned from the base, m."""
 
 SHIFT_SPEED: Final = 0.05
-"""Largest speed of that, m/s."""
+"""Largest speed with which legs shift the base over the feet, m/s."""
+
+SHIFT_TURN: Final = 0.1
+"""Largest rate with which legs turn the base over the feet, rad/s."""
 
 SHIFT_GAIN: Final = 4.0
-"""Share of the error that the legs take back per second, 1/s."""
+"""Share of the error that the legs take back per second while all feet stand, 1/s."""
+
+STEPPING_GAIN: Final = 1.0
+"""The same from the first step to the last, 1/s: on three legs the base sways, and more would add to it."""
+
+SWING_TIME: Final = 0.1
+"""Time constant with which a foot in the air goes to where it was planned in the world, s."""
+
+SWING_SPEED: Final = 0.2
+"""Largest speed of that, m/s."""
+
+FREE_SHARE: Final = 0.5
+"""Share of a swing, about its middle, in which a foot is high enough to be led elsewhere without dragging."""
 
 AFTER_STEP: Final = 0.1
-"""From how long after the last step on the legs shift the base, s."""
+"""From how long after the last step on all feet count as standing, s."""
 
-POSITION_WEIGHT: Final = 1e4
-"""Of a foot's place over its orientation where a leg cannot keep both, 1/m² per 1/rad²."""
+PARALLEL: Final = np.radians(1.0)
+"""Up to this angle between their headings wheels roll into one direction, rad."""
 
 
 class BaseFeedback:
@@ -71,10 +90,15 @@ class BaseFeedback:
         self._world, self._joints = world, joints
         self._rolled = np.zeros(4)
         self._steered = np.zeros(4)
-        self._shifted = np.zeros(2)
+        self._shift = np.zeros((4, 2))
+        self._has_wheel = np.array([wheel is not None for wheel in world.wheels])
+        self._steers = self._has_wheel & [joint is not None for joint in world.steering]
         steps = joints.time[~joints.reference.contact.all(axis=1)]
         self._stands_from = float(steps[-1]) + AFTER_STEP if len(steps) else 0.0
-        self._legs = [np.zeros(len(leg)) for leg in world.legs]
+        self._legs = LegShift(world)
+        begin = (joints.base_position[0], joints.base_quaternion[0], joints.joint_position[0])
+        self._legs_move_all_ways = self._legs.moves_all_ways(*begin)
+        self._free = _middle_of_swings(joints.reference.contact)
 
     def update(self, time: float, data: Any) -> tuple[Array, Array]:
         """Δq (n_j,), rad, and Δq̇ (n_j,), rad/s, to hold for the next period.
@@ -85,69 +109,143 @@ class BaseFeedback:
         """
         plan = self._joints
         k = min(int(np.searchsorted(plan.time, time)), len(plan.time) - 1)
-        moving = time <= plan.time[-1]
+        samples = plan.reference
         yaw = yaw_of(np.roll(data.qpos[3:7], -1))
         away = plan.base_position[k, :2] - data.qpos[:2]
         turned = wrapped(yaw_of(plan.base_quaternion[k]) - yaw)
+        heading, speed = samples.heading[k], samples.speed[k] * (time <= plan.time[-1])
+        stance = samples.contact[k]
+        if self._steers.all():
+            rolling = self._roll(k, away, turned, stance)
+            steering_rate = self._steer(k, away, turned, speed)
+            if time >= self._stands_from:
+                left = np.array([-np.sin(yaw), np.cos(yaw)])
+                standing = SLOW**2 / (float(np.max(speed**2)) + SLOW**2)
+                self._shift_base(k, standing * (away @ left) * left, 0.0, stance)
+        else:
+            along = self._shared_heading(heading, stance)
+            rolling = self._roll(k, (away @ along) * along, 0.0, stance & self._has_wheel)
+            steering_rate = self._steer(k, np.zeros(2), turned, speed)
+            across = away - (away @ along) * along
+            gain = SHIFT_GAIN if time >= self._stands_from else STEPPING_GAIN
+            if self._legs_move_all_ways:
+                self._shift_base(k, across, turned, ~self._free[k], gain)
+                self._place_swinging(k, across, turned, self._free[k])
+        height = np.zeros((4, 1))
+        self._legs.update(
+            plan.base_position[k],
+            plan.base_quaternion[k],
+            plan.joint_position[k],
+            np.hstack([self._shift_in_world(k), height]),
+        )
+        return self._as_joints(data.xaxis[self._world.joints], heading, rolling, steering_rate)
+
+    # -- wheels --------------------------------------------------------------------------------------------
+
+    def _wanted(self, k: int, away: Array, turned: float) -> Array:
+        """δ of the feet in the ground plane, (4, 2), m/s."""
         velocity = bounded(GAIN * away, SPEED_MAX)
         rate = float(np.clip(GAIN * turned, -TURN_MAX, TURN_MAX))
-        samples = plan.reference
-        lever = samples.foot_position[k, :, :2] - plan.base_position[k, :2]
-        wanted = velocity + rate * np.stack([-lever[:, 1], lever[:, 0]], axis=1)
-        heading, speed = samples.heading[k], samples.speed[k] * moving
-        stance = samples.contact[k]
-        c, s = np.cos(heading), np.sin(heading)
-        along = wanted[:, 0] * c + wanted[:, 1] * s
-        across = wanted[:, 1] * c - wanted[:, 0] * s
+        return velocity + rate * _left_of(self._lever(k))
+
+    def _roll(self, k: int, away: Array, turned: float, stance: NDArray[np.bool_]) -> Array:
+        """By which rate each wheel turns in addition, (4,), rad/s."""
+        wanted, heading = self._wanted(k, away, turned), self._joints.reference.heading[k]
+        along = wanted[:, 0] * np.cos(heading) + wanted[:, 1] * np.sin(heading)
         rolling = np.where(stance, along, 0.0) / np.where(self._world.radius > 0.0, self._world.radius, 1.0)
         self._rolled += rolling * PERIOD
+        return rolling
+
+    def _steer(self, k: int, away: Array, turned: float, speed: Array) -> Array:
+        """With which rate each heading changes in addition, (4,), rad/s."""
+        wanted, heading = self._wanted(k, away, turned), self._joints.reference.heading[k]
+        across = wanted[:, 1] * np.cos(heading) - wanted[:, 0] * np.sin(heading)
         steering = turned + across * speed / (speed**2 + SLOW**2)
         steering = np.clip(steering, -STEERING_MAX, STEERING_MAX)
         change = (steering - self._steered) * PERIOD / STEERING_TIME
         change = np.clip(change, -STEERING_RATE * PERIOD, STEERING_RATE * PERIOD)
         self._steered += change
-        standing = SLOW**2 / (float(np.max(speed**2)) + SLOW**2)
-        if time >= self._stands_from:
-            step = bounded(standing * SHIFT_GAIN * self._left_to_legs(away, yaw), SHIFT_SPEED) * PERIOD
-            shifted = bounded(self._shifted + step, SHIFT_MAX)
-            self._shift_legs(data, np.append(shifted - self._shifted, 0.0))
-            self._shifted = shifted
-        return self._as_joints(data.xaxis[self._world.joints], heading, rolling, change / PERIOD)
+        return np.asarray(change / PERIOD)
 
-    def _left_to_legs(self, away: Array, yaw: float) -> Array:
-        """The part of an error in the ground plane that no wheel can take back, (2,), m."""
-        if all(wheel is None for wheel in self._world.wheels):
-            return away
-        left = np.array([-np.sin(yaw), np.cos(yaw)])
-        return np.asarray((away @ left) * left)
+    def _shared_heading(self, heading: Array, stance: NDArray[np.bool_]) -> Array:
+        """The direction into which all feet on the ground roll, (2,); zero where they share none."""
+        along = heading[stance]
+        if not stance.any() or not self._has_wheel[stance].all():
+            return np.zeros(2)
+        if np.max(np.abs(np.sin(along - along[0]))) > np.sin(PARALLEL):
+            return np.zeros(2)
+        return np.array([np.cos(along[0]), np.sin(along[0])])
 
-    def _shift_legs(self, data: Any, step: Array) -> None:
-        """Moves the base over the feet by `step` in the world, (3,), m."""
-        world = self._world
-        J_p, J_r = np.zeros((3, world.model.nv)), np.zeros((3, world.model.nv))
-        for leg, places in enumerate(world.legs):
-            mujoco.mj_jacGeom(world.model, data, J_p, J_r, world.feet[leg])
-            columns = world.velocity[places]
-            J = np.concatenate([np.sqrt(POSITION_WEIGHT) * J_p[:, columns], J_r[:, columns]])
-            wanted = np.concatenate([-np.sqrt(POSITION_WEIGHT) * step, np.zeros(3)])
-            self._legs[leg] += np.linalg.lstsq(J, wanted, rcond=1e-3)[0]
+    # -- legs ----------------------------------------------------------------------------------------------
+
+    def _lever(self, k: int) -> Array:
+        """From the planned base to the planned feet in the ground plane, (4, 2), m."""
+        plan = self._joints
+        return np.asarray(plan.reference.foot_position[k, :, :2] - plan.base_position[k, :2])
+
+    def _shift_in_world(self, k: int) -> Array:
+        """The feet's shifts in axes of the world, (4, 2), m; they are kept in those of the base's yaw."""
+        return np.asarray(_rotated(self._shift, yaw_of(self._joints.base_quaternion[k])))
+
+    def _shift_base(
+        self, k: int, away: Array, turned: float, stance: NDArray[np.bool_], gain: float = SHIFT_GAIN
+    ) -> None:
+        """Moves the base over the feet that stand by a share of what it is off, as far as all of them can."""
+        velocity = bounded(gain * away, SHIFT_SPEED)
+        rate = float(np.clip(gain * turned, -SHIFT_TURN, SHIFT_TURN))
+        step = -PERIOD * (velocity + rate * _left_of(self._lever(k)))
+        step = _rotated(step, -yaw_of(self._joints.base_quaternion[k]))
+        before, after = (np.linalg.norm(shift[stance], axis=1) for shift in (self._shift, self._shift + step))
+        if not np.any((after > SHIFT_MAX) & (after > before)):  # all feet, or they would be pulled apart
+            self._shift[stance] += step[stance]
+
+    def _place_swinging(self, k: int, away: Array, turned: float, swings: NDArray[np.bool_]) -> None:
+        """Leads feet in the air to where they were planned in the world, seen from where the base is."""
+        yaw = yaw_of(self._joints.base_quaternion[k])
+        lever = self._lever(k)
+        wanted = _rotated(lever + away, turned - yaw) - _rotated(lever, -yaw)
+        for leg in np.flatnonzero(swings):
+            step = bounded((bounded(wanted[leg], SHIFT_MAX) - self._shift[leg]) / SWING_TIME, SWING_SPEED)
+            self._shift[leg] += PERIOD * step
 
     def _as_joints(
         self, axes: Array, heading: Array, rolling: Array, steering_rate: Array
     ) -> tuple[Array, Array]:
-        shift, rate = np.zeros(len(axes)), np.zeros(len(axes))
-        for leg, places in enumerate(self._world.legs):
-            shift[places] += self._legs[leg]
+        shift, rate = self._legs.joints.copy(), np.zeros(len(axes))
+        for leg in range(4):
             wheel, steering = self._world.wheels[leg], self._world.steering[leg]
             if wheel is not None:
                 left = np.array([-np.sin(heading[leg]), np.cos(heading[leg]), 0.0])
                 sign = np.sign(axes[wheel] @ left)
-                shift[wheel], rate[wheel] = sign * self._rolled[leg], sign * rolling[leg]
+                shift[wheel] += sign * self._rolled[leg]
+                rate[wheel] = sign * rolling[leg]
             if steering is not None:
                 sign = np.sign(axes[steering, 2])
                 shift[steering] += sign * self._steered[leg]
                 rate[steering] = sign * steering_rate[leg]
         return shift, rate
+
+
+def _middle_of_swings(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """When each foot is in the middle of a swing, (n, 4), from when it stands, (n, 4)."""
+    free = np.zeros_like(contact)
+    for leg in range(contact.shape[1]):
+        edges = np.flatnonzero(np.diff(np.concatenate([[True], contact[:, leg], [True]]).astype(int)))
+        for begin, end in edges.reshape(-1, 2):
+            kept = round(0.5 * (1.0 - FREE_SHARE) * (end - begin))
+            free[begin + kept : end - kept, leg] = True
+    return free
+
+
+def _rotated(vectors: Array, angle: float) -> Array:
+    """Vectors in the plane, (n, 2), turned by an angle, rad."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.asarray(vectors @ np.array([[c, s], [-s, c]]))
+
+
+def _left_of(vectors: Array) -> Array:
+    """Vectors in the plane, (n, 2), turned by 90°."""
+    return np.stack([-vectors[:, 1], vectors[:, 0]], axis=1)
 
 
 def yaw_of(quaternion: Array) -> float:

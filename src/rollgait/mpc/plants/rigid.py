@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rollgait.dynamics.foot import planar_motion
 from rollgait.dynamics.step import Figures, angular_momentum, euler_rate, rotation
 from rollgait.dynamics.wrench import external, wrench_numbers
+from rollgait.mpc.footwork import Footwork
 from rollgait.plant.control import Control
 from rollgait.plant.fall import is_fallen
 from rollgait.plant.stance import standing_state
@@ -28,7 +29,10 @@ TOLERANCE: Final = 1e-8
 
 
 class RigidPlant:
-    """Equations 1 to 4 of the paper in continuous time; the feet do exactly what they are told.
+    """Equations 1 to 4 of the paper in continuous time; feet do what they are told, as their kind allows.
+
+    On the ground point feet stand still, and wheels that do not steer go nowhere but along their heading.
+    Legs are as long as they need to be: `rollgait.mpc.log.MpcReport.outside` says by how much too long.
 
     Args:
         robot: whose figures it has (they need not be the controller's).
@@ -67,6 +71,7 @@ class RigidPlant:
         for i, leg in enumerate(legs):
             self._legs_by_kind.setdefault(leg.foot, []).append(i)
         self._heading_offset = np.array([leg.heading for leg in legs])
+        self._pinned = Footwork(robot).pinned()
         self._surfaces = None if terrain is None else _surfaces(terrain, robot)
         self._wrenches = tuple(wrenches)
         self._pushes: list[tuple[float, Array]] = []
@@ -96,6 +101,7 @@ class RigidPlant:
         )
         z0 = x.foot_position[:, 2]
         offset = self._touch(x.foot_position)[1] * control.contact[:, None]
+        motion = np.where(control.contact[:, None] & self._pinned, 0.0, control.motion)
 
         def rate(t: float, y: Array) -> Array:
             theta, momentum, heading = y[3:6], y[9:12], y[20:24]
@@ -108,7 +114,7 @@ class RigidPlant:
                 acceleration += np.array(force) / self._robot.mass
                 torque += turning
             rates = self._euler_rate(theta, momentum)
-            velocity, turn = self._feet(control.motion, heading, theta[0], rates[0])
+            velocity, turn = self._feet(motion, heading, theta[0], rates[0])
             return np.concatenate([y[6:9], rates, acceleration, torque, velocity.ravel(), turn])
 
         found = self._solve_ivp(rate, (0.0, period), y0, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE)
@@ -127,7 +133,7 @@ class RigidPlant:
             euler_rate=self._euler_rate(y[3:6], y[9:12]),
             foot_position=feet,
             heading=y[20:24],
-            speed=control.motion[:, 0].copy(),
+            speed=motion[:, 0].copy(),
         )
         self.fallen |= self._has_fallen()
 
