@@ -49,7 +49,7 @@ def landing_refusal(
         track = way.foot(way.s, stance[leg])
         found = track_arcs(regions[leg], track, way.s, rise_max)
         if not len(found):
-            return partial(str, f"{LEG_NAMES[leg]} cannot stand at its first place {_place(track[0])} m")
+            return partial(str, f"{LEG_NAMES[leg]} cannot stand at its first place {place(track[0])} m")
         index = np.searchsorted(way.s, found - 1e-12)
         if found[-1, 1] < way.s[-1] - 1e-9:
             return partial(_no_landing, leg, track[index[-1, 1] :], regions[leg], rise_max, stride)
@@ -85,7 +85,7 @@ def belly_refusal(
         return None
     return partial(
         str,
-        f"the base cannot pass over {_place(places[worst])} m: the ground is {over[worst]:.2f} m higher "
+        f"the base cannot pass over {place(places[worst])} m: the ground is {over[worst]:.2f} m higher "
         f"there than under the feet, {excess:.2f} m more than fits below it",
     )
 
@@ -129,7 +129,7 @@ def _no_landing(leg: int, across: Array, region: Regions, rise_max: float, strid
         reason = (
             f"the ground falls by {-drop:.2f} m there, {-drop - rise_max:.2f} m more than a leg steps down"
         )
-    return f"no landing between {_between(across)} for {LEG_NAMES[leg]}: {reason}"
+    return f"no landing between {between(across)} for {LEG_NAMES[leg]}: {reason}"
 
 
 def _short_tread(across: Array, region: Regions, rise_max: float, stride: float) -> tuple[float, int] | None:
@@ -160,14 +160,16 @@ def _length(places: Array) -> float:
     return float(np.linalg.norm(places[-1] - places[0]))
 
 
-def _between(places: Array) -> str:
+def between(places: Array) -> str:
+    """From where to where, in words; along an axis where it is one."""
     a, b = places[0], places[-1]
     change = np.abs(b - a)
     for axis, name in enumerate("xy"):
         if change[1 - axis] <= 0.02 + 0.1 * change[axis]:
             return f"{name} = {a[axis]:.2f} and {b[axis]:.2f} m"
-    return f"{_place(a)} and {_place(b)} m"
+    return f"{place(a)} and {place(b)} m"
 
 
-def _place(place: Array) -> list[float]:
-    return [round(float(c), 2) + 0.0 for c in place]
+def place(at: Array) -> list[float]:
+    """A place (2,) as it is written, m."""
+    return [round(float(c), 2) + 0.0 for c in at]
