@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from rollgait.discover.crossings import Crossing
 from rollgait.discover.orders import monotone, other_orders, straying
-from rollgait.errors import InputError, NotSolvedError
+from rollgait.errors import NotSolvedError
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario import Scenario
 from tests.discover.worlds import (
@@ -160,11 +160,6 @@ def test_the_horizon_is_a_limit() -> None:
         NotSolvedError, match=r"the quickest one that is known takes .* s, the horizon is 5 s"
     ):
         candidates(world([STEP], horizon=5.0))
-
-
-def test_feet_for_which_nobody_knows_gaits_are_refused_in_a_sentence() -> None:
-    with pytest.raises(InputError, match=r"^gait: 'discover' finds no gaits for feet of the kind point"):
-        candidates(world([STEP], {"x": 0.4}, gait={"kind": "discover", "wheels": "locked"}))
 
 
 # -- orders --------------------------------------------------------------------------------------------------

@@ -28,8 +28,12 @@ OTHER_PACES: Final = (2.0, 1.0)
 """The same of what else is tried."""
 STEP_TIME: Final = 0.5
 """What a step counts in the score beside its time, s."""
+GRAIN: Final = 0.01
+"""Distance of the places of a track on which feet stand, m, at the most."""
 DOUBT: Final = 2.0
 """What any alternative counts in the score, s."""
+DOUBT_OF_WHEELS: Final = 4.0
+"""What these gaits count where no foot is a point: mostly it does to step where the ground asks for it."""
 
 
 def walking(scenario: Scenario) -> Iterator[Candidate]:
@@ -82,6 +86,8 @@ class _Walking:
         name = way.name or "steps on the straight way"
         name = name if slower == SLOWER else f"{name}, {slower / SLOWER:.2g} × the time"
         doubt = DOUBT * (bool(way.name) + (slower != SLOWER))
+        if all(leg.foot != "point" for leg in self.scenario.body.leg_list):
+            doubt += DOUBT_OF_WHEELS
         yield Candidate(name, horizon + STEP_TIME * len(walk.steps) + doubt, values)
 
     def walked(self, way: Way, pace: StepPace) -> Walk:
@@ -116,7 +122,8 @@ def _too_far(way: Carried, stuck: StuckError) -> str:
         return f"{LEG_NAMES[leg]} gets no farther than {place(here)} m"
     there = way.nominal[own[next_arc, 0], leg]
     most = (1.0 - LAND) * way.box[leg, 1, 0] + way.box[leg, 0, 0]
-    more = np.ceil(100.0 * max(0.01, float(np.linalg.norm(there - here)) - most)) / 100.0
+    missing = max(0.0, float(np.linalg.norm(there - here)) - most) + 2.0 * GRAIN
+    more = np.ceil(100.0 * missing) / 100.0
     return (
         f"no landing between {between(np.array([here, there]))} for {LEG_NAMES[leg]}: "
         f"that is {more:.2f} m more than a step"

@@ -274,7 +274,10 @@ class Feet:
         if way.robot.leg_list[leg].foot != "point":
             while arc + 1 < len(own) and (
                 own[arc, 1] < now
-                and (own[arc + 1, 0] <= now or way.utility(leg, now, now, arc + 1)[0] >= LAND)
+                and (
+                    own[arc + 1, 0] <= now
+                    or float(way.utility(leg, now, slice(now, now + 1), arc + 1)[0]) >= LAND
+                )
             ):
                 arc += 1
         there = way.utility(leg, slice(now, most), now, arc)

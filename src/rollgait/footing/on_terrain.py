@@ -92,9 +92,18 @@ def _carried_route(scenario: Scenario, schedule: ContactSchedule, regions: Seque
     for reach in (REACH, WIDER_REACH):
         way = direct_way(scenario, arcs_on(regions, rise_max(scenario.body)), reach)
         found = route_along(way, schedule)
-        if found is not None:
+        if found is not None and _stands(found[1], schedule, regions):
             return Route(schedule.node_times, *found)
     return None
+
+
+def _stands(feet: Array, schedule: ContactSchedule, regions: Sequence[Regions]) -> bool:
+    """Whether feet (N + 1, 4, 2) stand where they can; a wheel beside its track may not."""
+    contact = schedule.contact
+    return all(
+        region.free(feet[:-1, leg][contact[leg]]).all() and region.free(feet[1:, leg][contact[leg]]).all()
+        for leg, region in enumerate(regions)
+    )
 
 
 def arcs_on(regions: Sequence[Regions], rise: float) -> ArcsOf:
