@@ -94,7 +94,11 @@ class _Rolling:
         return way.name or ("as it comes" if way.steps else "driving")
 
     def doubt(self, way: Way) -> float:
-        return DOUBT if way.name and way.steps else 0.0
+        if not way.name or not way.steps:
+            return 0.0
+        straight = self.ways.straight
+        is_alike = isinstance(straight, Way) and way.is_alike(straight)
+        return 2.0 * DOUBT if is_alike else DOUBT  # what fails here fails there
 
     def paced(
         self, name: str, way: Way, steps: Sequence[Crossing], pace: Pace, doubt: float

@@ -14,7 +14,7 @@ import numpy as np
 
 from rollgait.discover.candidate import Candidate, goals_along
 from rollgait.discover.greedy import StepPace, TooManyStepsError, Walk, walk_values, walked
-from rollgait.discover.refusals import between, place
+from rollgait.discover.refusals import between, place, up
 from rollgait.discover.ways import Way, Ways
 from rollgait.errors import NotSolvedError
 from rollgait.footing.carried import LAND, REACH, STEP, WIDER_REACH, Carried, StuckError
@@ -123,8 +123,7 @@ def _too_far(way: Carried, stuck: StuckError) -> str:
     there = way.nominal[own[next_arc, 0], leg]
     most = (1.0 - LAND) * way.box[leg, 1, 0] + way.box[leg, 0, 0]
     missing = max(0.0, float(np.linalg.norm(there - here)) - most) + 2.0 * GRAIN
-    more = np.ceil(100.0 * missing) / 100.0
     return (
         f"no landing between {between(np.array([here, there]))} for {LEG_NAMES[leg]}: "
-        f"that is {more:.2f} m more than a step"
+        f"that is {up(missing):.2f} m more than a step"
     )

@@ -29,6 +29,8 @@ YAWS: Final = (20.0, -20.0, 35.0, -35.0)
 """By which the base is turned while it steps, degrees."""
 OFFSETS: Final = (0.12, -0.12, 0.25, -0.25)
 """To which side of the straight way the base goes while it steps, m."""
+ALIKE: Final = 0.02
+"""Steps that lead as far as others but for so much do the same, m: tracks are looked up every centimetre."""
 BESIDE: Final = 0.35
 """So far before the first step and after the last one it turns, or goes aside, m."""
 ROOM: Final = 2.5
@@ -52,6 +54,18 @@ class Way:
     poses: Array
     base: BaseWay
     steps: Sequence[Crossing]
+
+    def is_alike(self, other: Way) -> bool:
+        """Whether its feet step in the same order over the same: to the side the ground is as it is there."""
+        own, others = self.reaches(), other.reaches()
+        same_legs = [step.leg for step in self.steps] == [step.leg for step in other.steps]
+        return same_legs and bool(np.allclose(own, others, atol=ALIKE))
+
+    def reaches(self) -> Array:
+        """How far each step leads, (n,), m."""
+        length = lengths(self.base)
+        ends = np.array([[step.leaves, step.lands] for step in self.steps]).reshape(-1, 2)
+        return np.asarray(np.diff(np.interp(ends, self.base.s, length), axis=1)[:, 0])
 
 
 class Ways:

@@ -38,7 +38,7 @@ def stepping_route(scenario: Scenario, schedule: ContactSchedule) -> tuple[Array
 def route_along(way: Carried, schedule: ContactSchedule) -> tuple[Array, Array] | None:
     """The same along a way over any ground; None where these steps do not lead to its end."""
     try:
-        gone, at, arc = _progress(schedule, way)
+        gone, at, arc = _progress(schedule, way, in_time=True)
     except StuckError:
         return None
     if gone[-1] < way.duration - SHORT:
@@ -46,8 +46,14 @@ def route_along(way: Carried, schedule: ContactSchedule) -> tuple[Array, Array] 
     return _paths(schedule, way, _smoothed(schedule.node_times, gone), at, arc)
 
 
-def _progress(schedule: ContactSchedule, way: Carried) -> tuple[Array, Index, Index]:
-    """How far the base is at the nodes, (N + 1,), s; where feet are nominal, and in which arc, (N + 1, 4)."""
+def _progress(schedule: ContactSchedule, way: Carried, in_time: bool = False) -> tuple[Array, Index, Index]:
+    """How far the base is at the nodes, (N + 1,), s; where feet are nominal, and in which arc, (N + 1, 4).
+
+    Args:
+        schedule: the contacts.
+        way: of the base.
+        in_time: whether the base hurries to where a foot needs it that lands beyond an edge, or for good.
+    """
     times, contact = schedule.node_times, schedule.contact
     swings = list(schedule.swings())
     last = {swing.leg: swing.lift_off for swing in swings}  # where feet have to end is known
@@ -68,10 +74,12 @@ def _progress(schedule: ContactSchedule, way: Carried) -> tuple[Array, Index, In
                 most = min(most, until)
                 if left < AHEAD:
                     rate = min(rate, max(0.0, until - gone[k]) / left)
-            for swing in swings:
+            for swing in swings if in_time else ():
                 if swing.lift_off <= k < swing.touch_down:
-                    short = feet.lands_from(swing.leg, float(gone[k])) - gone[k]
-                    rate = max(rate, short / (times[swing.touch_down] - times[k]))
+                    needed = feet.lands_from(swing.leg, float(gone[k]))
+                    if swing.lift_off == last[swing.leg]:
+                        needed = max(needed, feet.may_settle(swing.leg))
+                    rate = max(rate, (needed - gone[k]) / (times[swing.touch_down] - times[k]))
         there = min(most, way.open_until(times[k]), gone[k] + rate * schedule.lengths[k])
         gone[k + 1] = max(gone[k], there)
     for swing in swings:
