@@ -132,7 +132,7 @@ def refusal(*parts: Part) -> str:
 
 def test_a_wall_and_a_pit_are_refused_with_their_place_and_by_how_much() -> None:
     assert "between x = 1.17 and" in refusal(WALL)
-    assert "rises by 1.00 m there, 0.70 m more than a leg steps up" in refusal(WALL)
+    assert "rises by 1.00 m there, 0.75 m more than a leg steps up" in refusal(WALL)
     assert "between x = 0.97 and 1.9" in refusal(PIT)
     assert "more than a step" in refusal(PIT)
 

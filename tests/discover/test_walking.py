@@ -103,9 +103,9 @@ def test_fixed_wheels_step_over_the_edge_and_where_they_would_have_to_go_sideway
 
 
 def test_a_kerb_is_walked_up_on_point_feet_with_reserves() -> None:
-    plan = rg.plan(asked(KERB))
+    plan = rg.plan(asked({**KERB, "x": 0.4}, x=0.75))
     assert plan.certificate().passed
     assert plan.scenario.bounds.friction_share == 0.8
     end = plan.sample(np.array([plan.horizon]))
     np.testing.assert_allclose(end.foot_position[0, :, 2], 0.06, atol=1e-3)
-    np.testing.assert_allclose(end.com_position[0, :2], [1.3, 0.0], atol=0.01)
+    np.testing.assert_allclose(end.com_position[0, :2], [0.75, 0.0], atol=0.01)

@@ -138,7 +138,7 @@ def _no_landing(leg: int, across: Array, region: Regions, rise_max: float, strid
 
 
 def _next_level(across: Array, region: Regions, rise_max: float) -> int | None:
-    """Number of the first place beyond an edge that a foot can step to by its height; None if there is none."""
+    """Number of the first place beyond an edge that is no higher than a step; None if there is none."""
     heights = region.terrain.height(*across.T)
     level = np.abs(np.nan_to_num(heights - heights[0], nan=np.inf)) <= rise_max
     beyond = np.logical_or.accumulate(~region.free(across)) & level & region.free(across)
