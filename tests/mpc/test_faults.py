@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -180,6 +182,40 @@ def test_ten_failed_solves_bring_it_to_a_stand(driving: Callable[..., ClosedLoop
     go_on(loop, 4.0)
     assert "stands: 10 solves in a row have failed" in texts(loop.mpc)
     assert_stands(loop)
+
+
+class Hurried:
+    """The controller's solver, which always has time for one iteration only."""
+
+    def __init__(self, solver: Any) -> None:
+        self._solver = solver
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._solver, name)
+
+    def solve(self, guess: Any, **options: Any) -> Any:
+        return self._solver.solve(guess, **options | {"iterations": 1})
+
+
+def test_a_solve_goes_on_where_the_one_before_was_cut(
+    driving: Callable[..., ClosedLoop], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    loop = driving()
+    mpc = loop.mpc
+    monkeypatch.setattr(mpc, "_solver", Hurried(mpc._solver))
+    mpc._iterate.states[1:] += 0.1 * np.sin(np.arange(mpc._iterate.states[1:].size)).reshape(
+        mpc._iterate.states[1:].shape
+    )
+    violations = []
+    for _ in range(9):
+        _, prediction = loop.step(COMMAND)
+        violations.append(prediction.status.violation)
+        if prediction.status.mode == "tracking":
+            break
+    assert len(violations) > 1
+    assert all(after < before for before, after in pairwise(violations))
+    assert prediction.status.mode == "tracking"
+    assert_goes_on(loop)
 
 
 def test_after_a_reset_it_moves_again(driving: Callable[..., ClosedLoop]) -> None:

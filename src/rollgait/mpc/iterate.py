@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -50,6 +52,19 @@ class Iterate:
         self.inputs[:, self._force][:, 2::3] = force
         self.previous[:] = 0.0
         self.previous[2:12:3] = force
+
+    def begin(self, state: Array, previous: Array) -> None:
+        """The motion begins in this state (n_x,), after these inputs (16,)."""
+        self.states[0] = state
+        self.previous[:] = previous
+
+    def with_variables(self, w: Array) -> Iterate:
+        """A copy with other free variables of the problem."""
+        other = copy.copy(self)  # what is made anew at each change is shared: shares, usual forces
+        for name in ("states", "inputs", "previous", "_w", "_rows"):
+            setattr(other, name, getattr(self, name).copy())
+        other.take(w)
+        return other
 
     def rest(self, state: Array) -> None:
         """Nothing moves any more: all nodes but the first are this state (n_x,), forces are the last."""

@@ -138,6 +138,7 @@ class Mpc:
         self._build(self._level)
         self._take_robot(self.robot)
         self._iterate = Iterate(self._problem)
+        self._draft: Iterate | None = None
         rates = [leg.steering_rate_max for leg in self.robot.leg_list]
         steering_rate = min(self.settings.bounds.steering_rate_max, *rates)
         self._reference = ReferenceMaker(self.robot, self.settings.limits, steering_rate, self.robot.height)
@@ -172,7 +173,7 @@ class Mpc:
 
     def _rebuild(self, ground: LevelGround | TerrainGround) -> None:
         """Goes on with another kind of ground: same robot, weights and bounds, same plan."""
-        before = self._fill
+        before, self._draft = self._fill, None
         self._build(ground)
         self._put_settings()
         self._take_robot(before.robot)
@@ -368,7 +369,8 @@ class Mpc:
         if previous is None:
             self._begin(state)
         else:
-            self._iterate.shift(elapsed / self._fill.interval)
+            for iterate in self._iterates:
+                iterate.shift(elapsed / self._fill.interval)
         self._advance_plans(state, touching)
         self._hold.apply(self.clock, state)
         reference = self._fill_in(state, command, elapsed)
@@ -422,6 +424,7 @@ class Mpc:
     def _begin(self, state: RobotState) -> None:
         """Standing: the weight on all feet, all else at rest."""
         self.clock = GaitClock("stand" if self._stands else self._gait, state.time)
+        self._draft = None
         self._reference.reset(state)
         self._fill.ground.begin(state.foot_position[:, :2])
         self._iterate.stand(self._model.node(state), self.robot.static_forces() / self.robot.weight)
@@ -430,14 +433,16 @@ class Mpc:
         self, state: RobotState, command: VelocityCommand | PoseCommand, elapsed: float
     ) -> Reference:
         it, fill = self._iterate, self._fill
-        it.states[0] = self._model.node(state)
         limit = fill.speed_limit
         it.previous[12:] = np.clip(it.previous[12:], -limit, limit)
+        for iterate in self._iterates:
+            iterate.begin(self._model.node(state), it.previous)
         fill.put_state(it.first_node)
         if self._plans is None:
             fill.put_stance(self.clock.gait.centred, elapsed)
         fill.put_contact(self.clock, state.time)
-        it.adapt_forces(fill.share, fill.force_low, fill.force_high, fill.usual_force)
+        for iterate in self._iterates:
+            iterate.adapt_forces(fill.share, fill.force_low, fill.force_high, fill.usual_force)
         wanted = None
         if self._plans is None:
             reference = self._reference.look_ahead(
@@ -462,10 +467,16 @@ class Mpc:
 
     # -- solving -----------------------------------------------------------------------------------------
 
+    @property
+    def _iterates(self) -> tuple[Iterate, ...]:
+        """The motion that is carried out and, after a failed solve, the one that the next goes on with."""
+        return (self._iterate,) if self._draft is None else (self._iterate, self._draft)
+
     def _solve(self, deadline: float) -> Status:
-        nlp, solver, guess = self._problem.nlp, self._solver, self._iterate.variables()
+        nlp, solver, guess = self._problem.nlp, self._solver, self._iterates[-1].variables()
         begin = wall.perf_counter()
-        if not solver.violation(guess) < HOPELESS:
+        if not (before := solver.violation(guess)) < HOPELESS:
+            self._draft = None
             return self._failed("the guess is far from any motion", math.inf)
         wanted = self.settings.iterations
         if not solver.real_time:  # late, whatever it does: it shall at least find the motion
@@ -481,14 +492,19 @@ class Mpc:
                 if (left := _violation(nlp, other)) <= violation:
                     solution, violation = other, left
         except NotSolvedError as error:
+            self._draft = None
             return self._failed(str(error), math.inf, seconds=wall.perf_counter() - begin)
         seconds = wall.perf_counter() - begin
         if violation > USABLE:
+            # not to be carried out, yet nearer: time was up, and the next solve shall not begin anew
+            self._draft = self._iterate.with_variables(solution.w) if violation < before else None
             return self._failed(f"violation {violation:.2g}", violation, iterations, seconds)
         if not solution.solved and np.array_equal(solution.w, guess):
+            # a draft that it cannot leave is none
+            self._draft = None
             return self._failed("it found no step", violation, iterations, seconds)
         self._iterate.take(solution.w)
-        self._failures = 0
+        self._draft, self._failures = None, 0
         return Status(
             mode="tracking",
             iterations=iterations,
