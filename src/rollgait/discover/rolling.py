@@ -11,7 +11,7 @@ from typing import Final
 
 from rollgait.discover.candidate import Candidate
 from rollgait.discover.crossings import Crossing, lengths
-from rollgait.discover.orders import monotone, other_orders, straying
+from rollgait.discover.orders import monotone, other_orders, straying, unevenness
 from rollgait.discover.serial import gait_values
 from rollgait.discover.timing import Pace, timed
 from rollgait.discover.ways import Way, Ways
@@ -28,6 +28,8 @@ STEP_TIME: Final = 0.5
 """What a step counts in the score beside its time, s: who rolls cannot stumble."""
 DOUBT: Final = 2.0
 """What any alternative counts in the score, s: what comes as it comes is mostly right."""
+UNEVEN: Final = 30.0
+"""What it counts in the score that front and hind feet get farther apart in height than a step, s per m."""
 STRAY: Final = 0.16
 """By so much the base may stray from where its feet want it, m: more is out of their boxes."""
 
@@ -71,6 +73,8 @@ class _Rolling:
     def usual(self, way: Way) -> Iterator[Candidate]:
         """The gait along a way, as it comes."""
         yield from self.paced(self.name(way), way, way.steps, self.pace, self.doubt(way))
+        if unevenness(way.steps) > self.ways.rise:  # then another order may be more promising
+            yield from self.others(way)
 
     def others(self, way: Way) -> Iterator[Candidate]:
         """Other gaits along a way: slower, its steps in other orders."""
@@ -115,4 +119,5 @@ class _Rolling:
                 return
             name, plan = f"{name}, hurried", hurried
         values = gait_values(way.base, way.poses, steps, plan, self.scenario.gait, self.lever)
+        doubt += UNEVEN * max(0.0, unevenness(steps) - self.ways.rise)
         yield Candidate(name, float(plan.horizon + STEP_TIME * len(steps) + doubt), values)
