@@ -207,7 +207,7 @@ def walked(way: Carried, pace: StepPace) -> Walk:
             default=np.inf,
         )
         if slack < h:
-            if walk.feet.lands_from(must[0][1], walk.gone) > min(must)[0]:
+            if walk.feet.lands_from(must[0][1], walk.gone) > max(walk.gone, min(must)[0]):
                 must.sort()  # who must be first, where the turn of another would be beyond an edge
             walk.approach(must[0][1])
             walk.step(must[0][1], must[1:])
