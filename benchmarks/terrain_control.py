@@ -187,9 +187,9 @@ def times(worlds: dict[str, World]) -> list[tuple[object, ...]]:
         fill = loops[1].mpc._fill
         put_ground = fill.put_ground
 
-        def timed(*args: object) -> None:
+        def timed(*args: object, **options: object) -> None:
             begin = time.process_time()
-            put_ground(*args)  # noqa: B023
+            put_ground(*args, **options)  # noqa: B023
             looking.append(time.process_time() - begin)  # noqa: B023
 
         fill.put_ground = timed  # type: ignore[method-assign]

@@ -16,7 +16,6 @@ from rollgait.attempts import USUAL, Attempt, Attempts, Effort, Method, Ready
 from rollgait.diagnosis.budget import SECONDS, Budget, Limits
 from rollgait.diagnosis.entry import Investigation
 from rollgait.errors import InputError, NotSolvedError
-from rollgait.footing.footing import Footing
 from rollgait.mending import finer
 from rollgait.ocp.problem import Problem, make_problem
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
@@ -229,16 +228,12 @@ class Planner:
         self, ready: Ready, best: Attempt, watch: Stopwatch, progress: Progress | None, effort: Effort
     ) -> Settled:
         """A solution on the ground that is where its feet are: curved ground is looked up again around it."""
-        result = Settled(ready, best)
-        while _may_differ(result.ready.problem.footing) and result.rounds < GROUND_ROUNDS:
+        result, first = Settled(ready, best), ready.problem
+        while result.ready.problem.footing.may_differ and result.rounds < GROUND_ROUNDS:
             with watch("build"):
                 motion = result.motion
-                problem = result.ready.problem
-                around = problem.remeshed(problem.schedule, motion)
-                xy = motion(problem.schedule.node_times).foot_position[..., :2]
-                apart = problem.footing.deviation(around.footing, problem.schedule.contact, xy)
-                tilted = problem.footing.base_deviation(around.footing)
-                if apart <= GROUND_TOLERANCE and tilted <= TILT_TOLERANCE:
+                around = first.cut_at_bends(motion)
+                if not _differ(result.ready.problem, around, motion):
                     break
                 again = Ready(self._method, around)
             if again.transcribed.nlp.contradictions:
@@ -310,14 +305,19 @@ class Planner:
         if not attempts.solved:
             return None
         settled = self._settled(ready, attempts.best, watch, progress, effort)
-        if _may_differ(finer_problem.footing):  # the ground was looked up before as well
+        if finer_problem.footing.may_differ:  # the ground was looked up before as well
             settled = replace(settled, rounds=plan.statistics.ground_rounds + settled.rounds)
         return _as_plan(settled, attempts, self._method)
 
 
-def _may_differ(footing: Footing) -> bool:
-    """Whether another motion might have other ground under its feet than planes of the same slope."""
-    return footing.is_curved or footing.is_sloped
+def _differ(problem: Problem, around: Problem, motion: MotionGuess) -> bool:
+    """Whether the ground about a motion is another than that on which it was solved, by more than counts."""
+    old, new = problem.schedule, around.schedule
+    xy = motion(new.node_times).foot_position[..., :2]
+    origin = old.mesh.interval_at(new.mesh.middles)
+    apart = problem.footing.deviation(origin, around.footing, new.contact, xy)
+    tilted = problem.footing.tilt_deviation(old.node_times, around.footing, new.node_times)
+    return apart > GROUND_TOLERANCE or tilted > TILT_TOLERANCE
 
 
 def plan(

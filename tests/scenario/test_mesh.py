@@ -191,3 +191,19 @@ def test_schedules_are_equal_by_contacts_and_mesh() -> None:
 def test_contacts_must_fit_the_mesh(shape: tuple[int, ...]) -> None:
     with pytest.raises(InputError, match=r"contact: .* must have the shape \(4, 2\)"):
         ContactSchedule(np.ones(shape, dtype=bool), Mesh.equal(1.0, 2))
+
+
+@given(lengths=lengths, shares=st.lists(st.floats(0.01, 0.99), max_size=5))
+def test_a_mesh_cut_at_times_has_them_and_all_its_nodes(lengths: list[float], shares: list[float]) -> None:
+    mesh = Mesh(np.array(lengths))
+    cut = mesh.cut_at(mesh.horizon * np.array(shares))
+    assert cut.horizon == pytest.approx(mesh.horizon)
+    for time in (*mesh.times, *(mesh.horizon * share for share in shares)):
+        assert np.abs(cut.times - time).min() < 1e-9 * mesh.horizon
+    assert cut.intervals <= mesh.intervals + len(set(shares))
+
+
+@pytest.mark.parametrize("time", [0.0, -0.1, 1.0, 2.0, np.nan])
+def test_a_mesh_is_cut_within_its_horizon_alone(time: float) -> None:
+    with pytest.raises(InputError, match="between"):
+        Mesh.equal(1.0, 10).cut_at([time])

@@ -375,6 +375,22 @@ def test_a_kink_is_rounded_by_little(slope_deg: int, beside: float, end: str) ->
         assert error.max() < beside
 
 
+@pytest.mark.parametrize("slope_deg", [10, 20])
+def test_a_way_that_ends_at_a_kink_has_its_plane(slope_deg: int) -> None:
+    """Exactly, on both sides. Yet it counts as curved: another way may lead across."""
+    slope = float(np.tan(np.radians(slope_deg)))
+    regions = regions_of(Terrain.from_parts([Ramp(x=0.0, length=2.0, slope_deg=slope_deg)]), RADIUS)
+    kink = -RADIUS * (np.sqrt(1.0 + slope**2) - 1.0) / slope  # where the wheel touches both planes
+    begin, at, end = ([kink + by, 0.0] for by in (-0.01, 0.0, 0.07))
+    before, after = models_along(regions, np.array([begin, at]), np.array([at, end]), np.zeros(2))
+    np.testing.assert_allclose(before.slope, 0.0, atol=1e-12)
+    np.testing.assert_allclose(after.slope, [slope, 0.0], atol=1e-12)
+    assert before.height == pytest.approx(0.0, abs=1e-12)
+    assert not before.curvature.any()
+    assert not after.curvature.any()
+    assert before.curved
+
+
 @given(worlds, seeds)
 @settings(max_examples=15)
 def test_many_local_models_are_those_of_each(world: Terrain, seed: int) -> None:

@@ -73,8 +73,8 @@ class Ways:
         )
         return replace(self, schedule=schedule, phases=phases, swings=swings)
 
-    def footing(self, paths: FeetPaths) -> Footing:
-        """The ground as numbers about a motion that goes these ways."""
+    def footing(self, paths: FeetPaths, reach: float = 0.0) -> Footing:
+        """The ground as numbers about a motion that goes these ways; `reach` as of `models_along`."""
         count = self.schedule.intervals
         model = np.zeros((FEET, count, MODEL_SIZE))
         slope, friction = np.zeros((FEET, count, 2)), np.zeros((FEET, count))
@@ -87,7 +87,7 @@ class Ways:
             stands = self.schedule.contact[leg]
             refs = 0.5 * (paths.xy[:-1, leg] + paths.xy[1:, leg])
             begin, end = paths.xy[:-1, leg][stands], paths.xy[1:, leg][stands]
-            models = models_along(region, begin, end, paths.heading[:-1, leg][stands])
+            models = models_along(region, begin, end, paths.heading[:-1, leg][stands], reach)
             numbers = np.array([m.numbers() for m in models]).reshape(-1, MODEL_SIZE)
             curved |= any(m.curved for m in models)
             model[leg, stands] = numbers

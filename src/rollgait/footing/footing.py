@@ -133,6 +133,11 @@ class Footing:
         ground, pitch, roll = self.base[-1]
         return BaseReference(float(ground), float(pitch), float(roll))
 
+    @property
+    def may_differ(self) -> bool:
+        """Whether another motion might have other ground under its feet than level planes."""
+        return self.is_curved or self.is_sloped
+
     def foot_ground(self, leg: int, intervals: Index) -> FootGround:
         """The ground of a foot in some intervals (n,), for arithmetic with arrays (n,)."""
         model, slope = self.model[leg, intervals].T, self.contact_slope[leg, intervals].T
@@ -151,24 +156,31 @@ class Footing:
             columns.append(gx * velocity[:, leg, 0] + gy * velocity[:, leg, 1])
         return np.stack(columns, axis=-1)
 
-    def deviation(self, other: Footing, contact: NDArray[np.bool_], xy: Array) -> float:
-        """By how much the heights of two footings differ where feet stand, at most, m.
+    def deviation(self, origin: Index, other: Footing, contact: NDArray[np.bool_], xy: Array) -> float:
+        """By how much the heights of another footing differ from these where feet stand, at most, m.
 
         Args:
-            other: another one for the same schedule.
-            contact: which foot stands in which interval, (4, N).
-            xy: places of the feet at the nodes, (N + 1, 4, 2), m.
+            origin: in which interval of this one each of the other lies, (M,).
+            other: of the same contacts, with M intervals.
+            contact: which foot stands in which interval of the other, (4, M).
+            xy: places of the feet at its nodes, (M + 1, 4, 2), m.
         """
-        intervals = np.arange(self.count)
+        intervals = np.arange(other.count)
         apart = [
-            np.abs(self.height(intervals, places) - other.height(intervals, places))
+            np.abs(self.height(origin, places) - other.height(intervals, places))
             for places in (xy[:-1], xy[1:])
         ]
         return float(np.where(contact.T, np.maximum(*apart), 0.0).max())
 
-    def base_deviation(self, other: Footing) -> float:
-        """By how much two footings differ in the tilts that they want of the base, at most, rad."""
-        return float(np.abs(self.base[:, 1:] - other.base[:, 1:]).max())
+    def tilt_deviation(self, times: Array, other: Footing, other_times: Array) -> float:
+        """By how much another footing differs in the tilts that it wants of the base, at most, rad.
+
+        Args:
+            times: of the N + 1 nodes, s.
+            other, other_times: another one with M intervals, and the times of its nodes, s.
+        """
+        tilts = [np.interp(other_times, times, column) for column in self.base[:, 1:].T]
+        return float(np.abs(np.stack(tilts, axis=-1) - other.base[:, 1:]).max())
 
     def numbers(self) -> Array:
         """What a trajectory must keep: model and slope of the contact, (N, 4, 10)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
@@ -12,9 +12,10 @@ import numpy as np
 from rollgait.dynamics.step import rotation
 from rollgait.errors import NotSolvedError
 from rollgait.footing.around import Ways
+from rollgait.footing.bends import bends
 from rollgait.footing.carried import REACH, WIDER_REACH, ArcsOf, direct_way
 from rollgait.footing.footing import FEET, Array, Footing, Index
-from rollgait.footing.pace import driving_time, poses_of
+from rollgait.footing.pace import driven, poses_of
 from rollgait.footing.phases import FeetPaths, Swinging
 from rollgait.footing.route import Route, find_route, track_arcs
 from rollgait.footing.stepping import route_along
@@ -36,6 +37,9 @@ RISE_SHARE: Final = 0.4
 SETTLING: Final = 8
 """How often base and feet are fitted to one another where the robot stands: each time the error falls to a
 tenth or so."""
+UNSURE: Final = 0.3
+"""By so much feet may be elsewhere than expected before anything is solved, m: over so much bends are rounded
+at first. A sharp one says nothing right about places so far beside it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +60,10 @@ class OnTerrain:
         """The same on another mesh of the same contacts."""
         return replace(self, ways=self.ways.on(schedule))
 
+    def cut(self, schedule: ContactSchedule, motion: Callable[[Array], Samples]) -> ContactSchedule:
+        """A schedule on a mesh with nodes where the feet of a motion meet bends of the ground."""
+        return schedule.cut_at(bends(self.ways.regions, schedule, motion))
+
     def around(self, motion: Samples) -> Footing:
         """The ground as numbers about a motion, sampled at the nodes."""
         return self.ways.footing(FeetPaths(motion.foot_position[..., :2], motion.heading, motion.euler[:, 0]))
@@ -73,7 +81,10 @@ def find_ways(scenario: Scenario, schedule: ContactSchedule) -> OnTerrain:
     speed = float(scenario.value_of("bounds", "swing_speed_max"))
     how = Swinging(speed, scenario.clearance_over)
     ways = Ways.along(regions, robot.stance, schedule, paths, how)
-    return OnTerrain(ways, route, ways.footing(paths))
+    footing = ways.footing(paths)
+    if footing.may_differ:
+        footing = ways.footing(paths, UNSURE)
+    return OnTerrain(ways, route, footing)
 
 
 def _tracked_route(scenario: Scenario, schedule: ContactSchedule, regions: Sequence[Regions]) -> Route:
@@ -174,9 +185,10 @@ def _progress(scenario: Scenario, schedule: ContactSchedule, poses: Array, times
     for k, (begin, end) in enumerate(pairwise(borders)):
         change = poses[k + 1] - poses[k]
         duration = end - begin
-        if not steps:  # wheels hurry as the cost asks; who steps takes the time that the gait gives
-            duration = driving_time(scenario, change, duration)
-        result += minimum_jerk((times - begin) / duration)[0]
+        if steps:  # who steps takes the time that the gait gives; wheels hurry as the cost asks
+            result += minimum_jerk((times - begin) / duration)[0]
+        else:
+            result += driven(scenario, change, duration, times - begin)
     return result
 
 

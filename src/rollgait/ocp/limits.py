@@ -19,6 +19,10 @@ LIFT_OF_HEIGHT: Final = 0.24
 """How far a foot is lifted beyond its nominal place at most, in heights of the CoM, where the box says less:
 CENTAURO's 0.18 m; its hip pitch meets its limit at 0.19 m."""
 
+OVER_ACCELERATION = 5.0
+"""m/s² beyond the tolerance of 1 mm, vertically, of a foot that has passed what it goes over and comes down:
+HyQ's has 6 where it steps down by a quarter of its height, and rises by 6 mm between two nodes."""
+
 
 class Box(FootConstraint):
     """−b_i ≤ Rzᵀ (p_i − r) − p̄_i ≤ b_i′, componentwise; `full_rotation` uses R(θ) in place of Rz.
@@ -44,7 +48,18 @@ class Box(FootConstraint):
         low, high = sides(problem, leg)
         if not problem.footing.is_flat and Reach().applies(problem, leg) and problem.bound(Reach.name):
             low[2], high[2] = -np.inf, max(high[2, 0], LIFT_OF_HEIGHT * problem.robot.height)
-        return low, high
+            return low, high  # the hip has a centimetre more
+        return low, high - self._overshoot(problem, leg) if problem.footing.swings else high
+
+    def _overshoot(self, problem: PlanContext, leg: int) -> NDArray[np.float64]:
+        """By how much a foot that goes over something is higher between two nodes than at them, (3, N), m."""
+        mesh = problem.schedule.mesh
+        result, h = np.zeros((3, mesh.intervals)), np.maximum(mesh.lengths_before, mesh.lengths)
+        for swing in problem.footing.swings:
+            if swing.leg == leg and swing.over:
+                over = slice(swing.lift_off, swing.touch_down)
+                result[2, over] = (OVER_ACCELERATION - self.curvature) * h[over] ** 2 / 8.0
+        return result
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         p_body = x.R_world_base.T @ (foot.p - x.r) if self.full_rotation else foot.p_body

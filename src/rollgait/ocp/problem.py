@@ -133,6 +133,11 @@ class Problem:
             self, schedule=schedule, terrain=terrain, footing=terrain.around(motion(schedule.node_times))
         )
 
+    def cut_at_bends(self, motion: Callable[[Array], Samples]) -> Problem:
+        """The same problem with the ground about a motion, and nodes where its feet meet bends of it."""
+        schedule = self.schedule if self.terrain is None else self.terrain.cut(self.schedule, motion)
+        return self.remeshed(schedule, motion)
+
 
 def make_problem(
     scenario: Scenario, extra: Sequence[Term] = (), schedule: ContactSchedule | None = None

@@ -110,6 +110,14 @@ class Mesh:
         k = self.interval_at(times)
         return k, np.asarray((times - self.times[k]) / self.lengths[k])
 
+    def cut_at(self, times: ArrayLike) -> Mesh:
+        """The mesh with further nodes at times within it, (n,), s. Raises `InputError` for any other time."""
+        inside = np.setdiff1d(times, self.times[1:-1])
+        outside = inside[~((inside > 0.0) & (inside < self.horizon))]
+        if outside.size:
+            raise InputError("times", float(outside[0]), f"must be between 0 and {self.horizon:g} s")
+        return Mesh(np.diff(np.sort(np.concatenate([self.times, inside])))) if inside.size else self
+
     def refined(self, which: ArrayLike, parts: ArrayLike = 2) -> Mesh:
         """The mesh with some intervals cut into equal parts.
 

@@ -109,7 +109,13 @@ class ContactSchedule:
 
     def refined(self, which: ArrayLike, parts: ArrayLike = 2) -> ContactSchedule:
         """The same schedule with some intervals cut into equal parts, as `Mesh.refined` does."""
-        mesh = self.mesh.refined(which, parts)
+        return self._on(self.mesh.refined(which, parts))
+
+    def cut_at(self, times: ArrayLike) -> ContactSchedule:
+        """The same schedule with further nodes at times (n,) within the horizon, s."""
+        return self._on(self.mesh.cut_at(times))
+
+    def _on(self, mesh: Mesh) -> ContactSchedule:
         return ContactSchedule(self.contact[:, self.mesh.interval_at(mesh.middles)], mesh)
 
 

@@ -32,22 +32,24 @@ class LocalModel:
         height: h0, m.
         slope: g, (2,).
         curvature: H, symmetric, (2, 2), 1/m.
+        beside_bend: whether the ground bends near by, though not here.
     """
 
     ref: Array
     height: float
     slope: Array
     curvature: Array
+    beside_bend: bool = False
 
     @classmethod
-    def plane(cls, ref: Array, height: float, slope: Array) -> LocalModel:
+    def plane(cls, ref: Array, height: float, slope: Array, beside_bend: bool = False) -> LocalModel:
         """The model of a plane."""
-        return cls(ref, height, slope, np.zeros((2, 2)))
+        return cls(ref, height, slope, np.zeros((2, 2)), beside_bend)
 
     @property
     def curved(self) -> bool:
         """Whether another place would have another slope: only then a problem needs another round."""
-        return bool(np.abs(self.curvature).max() > CURVED)
+        return self.beside_bend or bool(np.abs(self.curvature).max() > CURVED)
 
     def z(self, points: Array) -> Array:
         """Heights at points (…, 2), (…,), m."""
