@@ -52,9 +52,9 @@ class _Judge:
     def needless(self, leg: int, steps: Steps) -> list[Step]:
         """Those of a foot, the first ones first: where one is left out, the foot has been there longer."""
         own = [step for step in steps if LEG_NAMES[leg] in step.legs]
-        ends = [self._node(step.begin) for step in own[1:]] + [len(self.times) - 1]
+        following = [*(self._node(step.begin) for step in own[1:]), len(self.times) - 1]
         result, since = list[Step](), -1
-        for step, until in zip(own, ends, strict=True):
+        for step, until in zip(own, following, strict=False):
             lift_off = self._node(step.begin)
             since = lift_off if since < 0 else since
             if self._does_without(leg, since, self._node(step.end), until, is_last=step is own[-1]):
