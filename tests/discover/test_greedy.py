@@ -182,7 +182,7 @@ def test_the_horizon_is_a_limit() -> None:
 def test_what_is_discovered_is_certified(body: rg.Robot, goal: tuple[float, float, float]) -> None:
     plan = rg.plan(to(body, *goal, gait="discover"))
     assert plan.certificate().passed
-    assert plan.statistics.discovery[0].outcome == "certified"
+    assert plan.statistics.discovery[0].outcome.startswith("certified")
     assert rg.plan(plan.scenario).certificate().passed  # its gait is given now
 
 

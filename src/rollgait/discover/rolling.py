@@ -61,6 +61,7 @@ class _Rolling:
         yield from usual
         others = [c for way in ways for c in self.others(way)]
         others += [c for way in self.ways.aside() for c in (*self.usual(way), *self.others(way))]
+        others += [c for way in self.ways.steered() for c in self.usual(way)]
         yield from sorted(others, key=lambda c: c.score)
         if not usual and not others:
             raise NotSolvedError(
