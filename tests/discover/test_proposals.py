@@ -197,3 +197,27 @@ def test_feet_are_as_uneven_as_front_feet_are_ahead(legs: list[int], rise: float
     ahead = np.cumsum([1 if leg < 2 else -1 for leg in legs]) if legs else np.zeros(1)
     assert unevenness(steps) == pytest.approx(0.5 * rise * np.abs(ahead).max())
     assert unevenness(down) == pytest.approx(unevenness(steps))
+
+
+@pytest.mark.parametrize("part", [STEP, OBLIQUE])
+def test_where_feet_land_elsewhere_the_base_is_shifted_at_each_step(part: dict[str, object]) -> None:
+    asked = world([part], {"x": 2.2})
+    found = {candidate.name: candidate for candidate in candidates(asked)}
+    assert next(iter(found)) == "as it comes"
+    far, near = (found[f"as it comes, {which} at each step"] for which in ("farther", "less far"))
+    places = []
+    for candidate in (far, near):
+        goal = candidate.of(asked.with_values({"gait": "drive"})).goal
+        *on_the_way, end = [goal.x, *(later.x for later in goal.then)]
+        assert end == pytest.approx(2.2)
+        places.append(on_the_way)
+    np.testing.assert_allclose(np.subtract(*places), 0.12, atol=1e-3)
+    legs = [
+        {name: len(own) for name, own in c.of(asked).gait.swings(c.of(asked).horizon).items()}
+        for c in (found["as it comes"], far, near)
+    ]
+    assert legs[0] == legs[1] == legs[2]
+
+
+def test_where_nothing_is_stepped_over_there_is_nowhere_else_to_land() -> None:
+    assert not [c for c in candidates(world()) if "at each step" in c.name]
