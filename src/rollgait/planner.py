@@ -139,6 +139,30 @@ class Planner:
         )
         return plan if found is None else found.told_by(plan)
 
+    def plan_within(self, scenario: Scenario, effort: Effort, earlier: Plan | None = None) -> Plan:
+        """Plans a scenario whose gait is given with no more than some effort; nobody looks for a reason.
+
+        Args:
+            scenario: what is asked; its timing stays as it is.
+            effort: what may be spent.
+            earlier: a plan to start from.
+
+        Raises:
+            InputError: something in the input is wrong.
+            NotSolvedError: there is no way over the ground, or this effort does not find it.
+        """
+        watch = Stopwatch(self.clock)
+        return self._planned(
+            scenario,
+            earlier=earlier,
+            multistart=1,
+            seed=0,
+            watch=watch,
+            progress=None,
+            effort=effort,
+            budget=None,
+        )
+
     def _discovered(
         self,
         asked: Scenario,

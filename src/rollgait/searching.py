@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Final
 
+from rollgait.attempts import Effort
+from rollgait.diagnosis.budget import Limits
 from rollgait.discover.step_search import CANDIDATES, CHANGES, StepSearch, Tried, enumerate_steps
 from rollgait.plan.plan import Plan
 from rollgait.planner import Planner
 from rollgait.scenario.library import find_scenario
 from rollgait.scenario.scenario import Scenario
+
+ITERATIONS: Final = 80
+"""Of the solver for each solve of a changed gait: who needs more mostly gets nowhere."""
+CHANGED: Final = Effort(
+    starts=2, rounds=3, patience=math.inf, limits=Limits(until=math.inf, iterations=ITERATIONS)
+)
+"""For a changed gait: from the best motion so far, and where that leads nowhere once from none."""
 
 
 def search_steps(
@@ -39,8 +50,14 @@ def search_steps(
         InputError: something in the input is wrong.
     """
     planner = Planner(kernels=kernels)
+    begun = False
 
     def plan(asked: Scenario, warm_start: Plan | None) -> Plan:
+        nonlocal begun
+        timing = asked.gait.timing
+        if begun and (timing is None or not timing.optimize):
+            return planner.plan_within(asked, CHANGED, warm_start)
+        begun = True  # on the gait that is given all depends
         return planner.plan(asked, warm_start=warm_start, diagnose=False)
 
     asked = scenario if isinstance(scenario, Scenario) else find_scenario(str(scenario))

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rollgait.discover.crossings import Crossing
-from rollgait.discover.orders import monotone, other_orders, straying
-from rollgait.errors import InputError, NotSolvedError
+from rollgait.discover.orders import monotone, other_orders, straying, unevenness
+from rollgait.errors import NotSolvedError
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario import Scenario
 from tests.discover.worlds import (
@@ -132,7 +132,7 @@ def refusal(*parts: Part) -> str:
 
 def test_a_wall_and_a_pit_are_refused_with_their_place_and_by_how_much() -> None:
     assert "between x = 1.17 and" in refusal(WALL)
-    assert "rises by 1.00 m there, 0.70 m more than a leg steps up" in refusal(WALL)
+    assert "rises by 1.00 m there, 0.75 m more than a leg steps up" in refusal(WALL)
     assert "between x = 0.97 and 1.9" in refusal(PIT)
     assert "more than a step" in refusal(PIT)
 
@@ -162,11 +162,6 @@ def test_the_horizon_is_a_limit() -> None:
         candidates(world([STEP], horizon=5.0))
 
 
-def test_feet_for_which_nobody_knows_gaits_are_refused_in_a_sentence() -> None:
-    with pytest.raises(InputError, match=r"^gait: 'discover' finds no gaits for feet of the kind point"):
-        candidates(world([STEP], {"x": 0.4}, gait={"kind": "discover", "wheels": "locked"}))
-
-
 # -- orders --------------------------------------------------------------------------------------------------
 
 
@@ -185,3 +180,20 @@ def test_other_orders_are_the_same_steps(steps: list[tuple[int, float]]) -> None
     for order in other_orders(given_, 0.05):
         assert sorted(map(id, order)) == sorted(map(id, given_))
         assert straying(order) >= 0.0
+
+
+def test_front_feet_that_climb_alone_are_tried_last() -> None:
+    stairs = {"kind": "stairs", "x": 0.9, "steps": 4, "rise": 0.15, "tread": 0.32}
+    found = candidates(world([stairs], {"x": 3.0}), 2)
+    assert found[0].name == "as it comes, another order"
+    low = {"kind": "stairs", "x": 0.9, "steps": 3, "rise": 0.1, "tread": 0.32}
+    assert candidates(world([low], {"x": 3.0}), 1)[0].name == "as it comes"
+
+
+@given(st.lists(st.integers(0, 3), max_size=12), st.floats(0.01, 0.2))
+def test_feet_are_as_uneven_as_front_feet_are_ahead(legs: list[int], rise: float) -> None:
+    steps = [Crossing(leg, 0.0, 0.1, rise) for leg in legs]
+    down = [Crossing(leg, 0.0, 0.1, -rise) for leg in legs]
+    ahead = np.cumsum([1 if leg < 2 else -1 for leg in legs]) if legs else np.zeros(1)
+    assert unevenness(steps) == pytest.approx(0.5 * rise * np.abs(ahead).max())
+    assert unevenness(down) == pytest.approx(unevenness(steps))

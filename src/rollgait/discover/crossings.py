@@ -25,11 +25,13 @@ class Crossing:
         leg: 0 … 3.
         leaves: progress of the base at which the foot, at its nominal place, can roll no further.
         lands: progress at which it would be at the first place where it can stand again.
+        rise: by how much higher that is, m.
     """
 
     leg: int
     leaves: float
     lands: float
+    rise: float = 0.0
 
     @property
     def middle(self) -> float:
@@ -49,7 +51,10 @@ def crossings(way: BaseWay, stance: Array, regions: Sequence[Regions], rise_max:
     result = []
     for leg in range(FEET):
         found = track_arcs(regions[leg], way.foot(way.s, stance[leg]), way.s, rise_max)
-        result += [Crossing(leg, float(a[1]), float(b[0])) for a, b in pairwise(found)]
+        for (_, leaves), (lands, _) in pairwise(found):
+            ends = way.foot(np.array([leaves, lands]), stance[leg])
+            low, high = regions[leg].surface.height(*ends.T)
+            result.append(Crossing(leg, float(leaves), float(lands), float(high - low)))
     return sorted(result, key=lambda crossing: crossing.middle)
 
 

@@ -171,6 +171,12 @@ class Walk:
             self.gone = min(self.gone + rate * self.pace.interval, most)
             self.now += 1
 
+    def approach(self, leg: int) -> None:
+        """The base goes on as far as a foot needs that steps over an edge next. Raises `StuckError`."""
+        needed = self.feet.lands_from(leg, self.gone)
+        while self.gone < needed - 1e-9:
+            self.go_on(1)
+
     def step(self, leg: int, others: list[tuple[float, int]]) -> None:
         """A foot steps while the base goes on as far as the others allow, (until when they keep, leg)."""
         rates = ((keeps - self.gone) / ((k + 1) * self.slot) for k, (keeps, _) in enumerate(others))
@@ -182,7 +188,12 @@ class Walk:
 
 
 def walked(way: Carried, pace: StepPace) -> Walk:
-    """A way gone to its end by the steps that must be taken. Raises `TooManyStepsError`."""
+    """A way gone to its end by the steps that must be taken.
+
+    Raises:
+        TooManyStepsError: these are more than `MOST`.
+        StuckError: a foot gets no farther.
+    """
     walk = Walk(way, pace)
     walk.go_on(pace.shift, rate=0.0)
     h = pace.interval
@@ -196,6 +207,9 @@ def walked(way: Carried, pace: StepPace) -> Walk:
             default=np.inf,
         )
         if slack < h:
+            if walk.feet.lands_from(must[0][1], walk.gone) > max(walk.gone, min(must)[0]):
+                must.sort()  # who must be first, where the turn of another would be beyond an edge
+            walk.approach(must[0][1])
             walk.step(must[0][1], must[1:])
             continue
         late = [leg for leg in range(FEET) if not walk.feet.is_settled(leg) and not np.isfinite(keeps[leg])]

@@ -28,6 +28,12 @@ def straying(crossings: Sequence[Crossing]) -> float:
     return float(np.abs(monotone(list(middles)) - middles).max(initial=0.0))
 
 
+def unevenness(crossings: Sequence[Crossing]) -> float:
+    """By how much front feet get higher or lower than hind feet in the mean during these steps, m."""
+    rises = np.array([0.5 * (c.rise if c.leg < 2 else -c.rise) for c in crossings])
+    return float(np.abs(np.cumsum(rises)).max(initial=0.0))
+
+
 def other_orders(crossings: Sequence[Crossing], near: float) -> Iterator[list[Crossing]]:
     """The same steps in other orders.
 

@@ -20,6 +20,8 @@ Refusal = Callable[[], str]
 
 STRIDE: Final = 3.0
 """Longest way of a foot in the air, in half-lengths of its box: a whole box, and what the base goes on."""
+CLIMB: Final = 0.84
+"""Highest step up, in highest steps: with its reserves CENTAURO finds no way up more than 0.25 m."""
 BELLY: Final = 0.45
 """So high over the mean ground under the feet nothing may stand below the base, in heights of the CoM: half
 of CENTAURO's trunk hangs below its CoM, and it tilts."""
@@ -49,7 +51,7 @@ def landing_refusal(
         track = way.foot(way.s, stance[leg])
         found = track_arcs(regions[leg], track, way.s, rise_max)
         if not len(found):
-            return partial(str, f"{LEG_NAMES[leg]} cannot stand at its first place {_place(track[0])} m")
+            return partial(str, f"{LEG_NAMES[leg]} cannot stand at its first place {place(track[0])} m")
         index = np.searchsorted(way.s, found - 1e-12)
         if found[-1, 1] < way.s[-1] - 1e-9:
             return partial(_no_landing, leg, track[index[-1, 1] :], regions[leg], rise_max, stride)
@@ -85,8 +87,8 @@ def belly_refusal(
         return None
     return partial(
         str,
-        f"the base cannot pass over {_place(places[worst])} m: the ground is {over[worst]:.2f} m higher "
-        f"there than under the feet, {excess:.2f} m more than fits below it",
+        f"the base cannot pass over {place(places[worst])} m: the ground is {over[worst]:.2f} m higher "
+        f"there than under the feet, {up(excess):.2f} m more than fits below it",
     )
 
 
@@ -106,7 +108,8 @@ def below(stance: Array) -> Array:
 
 def _too_high(across: Array, region: Regions, rise_max: float) -> bool:
     heights = region.terrain.height(*across.T)
-    return bool(np.nanmax(heights) - min(heights[0], heights[-1]) > rise_max)
+    top = np.nanmax(heights)
+    return bool(top - heights[0] > CLIMB * rise_max or top - heights[-1] > rise_max)
 
 
 def _no_landing(leg: int, across: Array, region: Regions, rise_max: float, stride: float) -> str:
@@ -119,17 +122,32 @@ def _no_landing(leg: int, across: Array, region: Regions, rise_max: float, strid
         reason = "the ground there is not known"
     elif (tread := _short_tread(across, region, rise_max, stride)) is not None:
         across = across[: tread[1] + 1]
-        reason = f"the tread is {np.ceil(100.0 * tread[0]):.0f} cm shorter than the {_foot(region)} needs"
-    elif top > rise_max:
-        reason = f"the ground rises by {top:.2f} m there, {top - rise_max:.2f} m more than a leg steps up"
-    elif (length := _length(across)) > stride:
-        reason = f"that is {length - stride:.2f} m more than a step"
+        reason = f"the tread is {100.0 * up(tread[0]):.0f} cm shorter than the {_foot(region)} needs"
+    elif top > CLIMB * rise_max:
+        more = up(top - CLIMB * rise_max)
+        reason = f"the ground rises by {top:.2f} m there, {more:.2f} m more than a leg steps up"
+    elif (beyond := _next_level(across, region, rise_max)) is not None:
+        across = across[: beyond + 1]
+        reason = f"that is {up(_length(across) - stride):.2f} m more than a step"
     else:
-        drop = float(np.nanmin(here))
+        drop = float(-np.nanmin(here))
         reason = (
-            f"the ground falls by {-drop:.2f} m there, {-drop - rise_max:.2f} m more than a leg steps down"
+            f"the ground falls by {drop:.2f} m there, {up(drop - rise_max):.2f} m more than a leg steps down"
         )
-    return f"no landing between {_between(across)} for {LEG_NAMES[leg]}: {reason}"
+    return f"no landing between {between(across)} for {LEG_NAMES[leg]}: {reason}"
+
+
+def _next_level(across: Array, region: Regions, rise_max: float) -> int | None:
+    """Number of the first place beyond an edge that is no higher than a step; None if there is none."""
+    heights = region.terrain.height(*across.T)
+    level = np.abs(np.nan_to_num(heights - heights[0], nan=np.inf)) <= rise_max
+    beyond = np.logical_or.accumulate(~region.free(across)) & level & region.free(across)
+    return int(np.argmax(beyond)) if beyond.any() else None
+
+
+def up(amount: float) -> float:
+    """An amount as it is written, m: a centimetre is not cut off, so that what is named is enough."""
+    return float(np.ceil(100.0 * amount - 1e-6)) / 100.0
 
 
 def _short_tread(across: Array, region: Regions, rise_max: float, stride: float) -> tuple[float, int] | None:
@@ -160,14 +178,16 @@ def _length(places: Array) -> float:
     return float(np.linalg.norm(places[-1] - places[0]))
 
 
-def _between(places: Array) -> str:
+def between(places: Array) -> str:
+    """From where to where, in words; along an axis where it is one."""
     a, b = places[0], places[-1]
     change = np.abs(b - a)
     for axis, name in enumerate("xy"):
         if change[1 - axis] <= 0.02 + 0.1 * change[axis]:
             return f"{name} = {a[axis]:.2f} and {b[axis]:.2f} m"
-    return f"{_place(a)} and {_place(b)} m"
+    return f"{place(a)} and {place(b)} m"
 
 
-def _place(place: Array) -> list[float]:
-    return [round(float(c), 2) + 0.0 for c in place]
+def place(at: Array) -> list[float]:
+    """A place (2,) as it is written, m."""
+    return [round(float(c), 2) + 0.0 for c in at]

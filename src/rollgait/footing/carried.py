@@ -1,8 +1,12 @@
-"""A base that is carried to its goals on flat ground, and its feet in their boxes until they step.
+"""A base that is carried to its goals, and its feet in their boxes until they step.
 
 Of a foot counts where it is in its box: e = Rz(yaw)ᵀ (p − r) − p̄ in x and y. A point foot stands still. A
 fixed wheel rolls until it is abreast of its nominal place; what is left is its distance across its heading,
 and that changes as the nominal place moves across it, wherever the wheel is. A steerable wheel follows.
+
+On ground that is not flat the track of a foot, its nominal place on the way of the base, lies on ground where
+it can stand here and there: its arcs. A point foot stands at a place of an arc; a wheel rolls abreast of the
+base within one and waits at its end. A foot gets from arc to arc by a step.
 
 Fixed wheels turn or go sideways by stepping only, but roll forwards for nothing, and who turns by stepping
 may go sideways meanwhile, half the way from axle to axle per radian. So ways differ in where they turn.
@@ -10,14 +14,15 @@ may go sideways meanwhile, half the way from axle to axle per radian. So ways di
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rollgait.footing.footing import FEET, Array
+from rollgait.footing.footing import FEET, Array, Index
 from rollgait.footing.pace import goal_times, poses_of
 from rollgait.robot.robot import Robot, turn_lever
 from rollgait.scenario.scenario import Scenario
@@ -34,6 +39,8 @@ RAMP: Final = 1.0
 """s, in which the base takes up its speed, and in which it comes to rest, where the way is long enough."""
 REACH: Final = 0.75
 """Part of the box in which feet are used: the rest is for the base, which moves over the feet that stand."""
+WIDER_REACH: Final = 0.95
+"""The same where an edge asks for more."""
 REACH_OF_HEIGHT: Final = 0.28
 """The most that this is, in heights of the CoM: longer steps take longer than the usual swing."""
 HEADINGS: Final = 36
@@ -52,6 +59,11 @@ AHEAD: Final = 3.0
 """s of the way: by so much before its nominal place a foot lands at most."""
 
 
+ArcsOf = Callable[[Array], Sequence[Index]]
+"""From tracks of the feet, (n, 4, 2), m, to the numbers of the first and last place of each of their arcs,
+(m, 2) for each foot; the first arc begins with the track."""
+
+
 @dataclass(frozen=True)
 class Carried:
     """A base on its way, as fast as it may go, and its feet.
@@ -65,6 +77,8 @@ class Carried:
         robot: whose feet they are.
         box: how far feet are used behind and to the right of their nominal places, and before and to the left
             of them, (4, 2, 2), m.
+        arcs: where the tracks of the feet lie on ground where these can stand: numbers of the first and the
+            last place of each arc, (m, 2) for each foot.
     """
 
     base: Array
@@ -74,14 +88,25 @@ class Carried:
     sideways: Array
     robot: Robot
     box: Array
+    arcs: Sequence[Index]
 
     @classmethod
-    def through(cls, legs: Sequence[Array], scenario: Scenario) -> Carried:
+    def through(
+        cls,
+        legs: Sequence[Array],
+        scenario: Scenario,
+        arcs_of: ArcsOf | None = None,
+        begins: Sequence[float] | None = None,
+        reach: float = REACH,
+    ) -> Carried:
         """Straight from pose to pose, at rest at each.
 
         Args:
             legs: of the way, one to each goal: x, y, yaw, (m, 3), m and rad, from where the one before ends.
-            scenario: with its robot, on flat ground.
+            scenario: with its robot.
+            arcs_of: finds the arcs of tracks; all of them can be stood on if not given.
+            begins: from when on the base may go along each part, s; as the scenario's goals say if not given.
+            reach: part of the box in which feet are used.
         """
         robot = scenario.body
         speed = min(SPEED, SPEED_OF_WHEELS * min(scenario.speed_max(leg) for leg in range(FEET)))
@@ -103,8 +128,10 @@ class Carried:
         across = moved[..., 1] * np.cos(middle) - moved[..., 0] * np.sin(middle)
         sideways = np.vstack([np.zeros(FEET), np.cumsum(across, axis=0)])
         box = np.abs(robot.foot_boxes(scenario.bounds.box)[..., :2])
-        used = np.clip(REACH * box, NOTHING, REACH_OF_HEIGHT * robot.height)
-        return cls(base, np.array(reached), np.array(goal_times(scenario)), nominal, sideways, robot, used)
+        used = np.clip(reach * box, NOTHING, REACH_OF_HEIGHT * robot.height)
+        begins = goal_times(scenario) if begins is None else begins
+        arcs = [np.array([[0, len(base) - 1]])] * FEET if arcs_of is None else arcs_of(nominal)
+        return cls(base, np.array(reached), np.array(begins), nominal, sideways, robot, used, arcs)
 
     @property
     def duration(self) -> float:
@@ -127,27 +154,46 @@ class Carried:
                 result = max(result, begin + place - max(before, gone))
         return float(result)
 
-    def offsets(self, leg: int, nominal_at: int | slice, at: int | slice) -> Array:
+    def arc_of(self, leg: int, at: int) -> int:
+        """Number of the arc in which a place of the track lies, or of the last one before it."""
+        return max(0, int(np.searchsorted(self.arcs[leg][:, 0], at, side="right")) - 1)
+
+    def stands(self, leg: int, first: int, last: int) -> NDArray[np.bool_]:
+        """At which places of the track, from the first up to before the last, a foot can stand."""
+        number = np.arange(first, last)
+        which = np.searchsorted(self.arcs[leg][:, 0], number, side="right") - 1
+        return np.asarray((which >= 0) & (number <= self.arcs[leg][which, 1]))
+
+    def offsets(self, leg: int, nominal_at: int | slice, at: int | slice, arc: int = 0) -> Array:
         """Places in its box, (n, 2), m, base-yaw axes, of a foot that does not step.
 
         Args:
             leg: 0 … 3.
             nominal_at: numbers of the places of the way at which it is, or was, or will be nominal.
             at: numbers of those at which this is asked; one of both is a single one.
+            arc: in which a wheel rolls, and at whose ends it waits.
         """
         data = self.robot.leg_list[leg]
-        if data.foot == "steerable":
-            return np.zeros((max(np.size(self.base[nominal_at, 0]), np.size(self.base[at, 0])), 2))
+        if data.foot == "point":
+            return self._seen(leg, self.nominal[nominal_at, leg], at)
+        across = np.zeros(max(np.size(self.base[nominal_at, 0]), np.size(self.base[at, 0])))
         if data.foot == "fixed":
             across = self.sideways[nominal_at, leg] - self.sideways[at, leg]
-            return np.stack([-np.sin(data.heading) * across, np.cos(data.heading) * across], axis=-1)
-        x, y = (self.nominal[nominal_at, leg] - self.nominal[at, leg]).T
+        aside = np.stack([-np.sin(data.heading) * across, np.cos(data.heading) * across], axis=-1)
+        if len(self.arcs[leg]) == 1:
+            return aside
+        waits_at = np.clip(np.arange(len(self.base))[at], *self.arcs[leg][arc])
+        return aside + self._seen(leg, self.nominal[waits_at, leg], at)
+
+    def _seen(self, leg: int, places: Array, at: int | slice) -> Array:
+        """Places less the nominal ones of a foot, (n, 2), m, in base-yaw axes."""
+        x, y = (places - self.nominal[at, leg]).T
         c, s = np.cos(self.base[at, 2]), np.sin(self.base[at, 2])
         return np.stack([c * x + s * y, c * y - s * x], axis=-1)
 
-    def utility(self, leg: int, nominal_at: int | slice, at: int | slice) -> Array:
+    def utility(self, leg: int, nominal_at: int | slice, at: int | slice, arc: int = 0) -> Array:
         """1 where a foot is nominal, 0 at the border of what it uses of its box, less beyond, (n,)."""
-        offsets = self.offsets(leg, nominal_at, at)
+        offsets = self.offsets(leg, nominal_at, at, arc)
         return np.asarray(1.0 - np.linalg.norm(offsets / np.where(offsets < 0.0, *self.box[leg]), axis=-1))
 
     @property
@@ -172,10 +218,11 @@ class Feet:
     Attributes:
         way: of the base.
         at: number of the place of the way at which each foot is nominal: it stands there, or rolls abreast.
+        arc: in which arc of its track each foot is.
     """
 
     def __init__(self, way: Carried) -> None:
-        self.way, self.at = way, [0] * FEET
+        self.way, self.at, self.arc = way, [0] * FEET, [0] * FEET
         self._utility = [way.utility(leg, 0, slice(None)) for leg in range(FEET)]
         self._has_stepped, self._inside_from = [False] * FEET, [0] * FEET
 
@@ -185,33 +232,95 @@ class Feet:
         outside = np.flatnonzero(self._utility[leg][now:] < 0.0)
         return STEP * max(now, now + int(outside[0]) - 1) if outside.size else np.inf
 
+    def lands_from(self, leg: int, gone: float) -> float:
+        """How far the base must have come, s of the way, for a foot to land as far as it can before it must.
+
+        Where an edge is before it, that is beyond the edge.
+
+        Raises:
+            StuckError: it cannot land any farther than where it is.
+        """
+        until = self.keeps_until(leg, gone)
+        if not np.isfinite(until) or len(self.way.arcs[leg]) == 1:
+            return gone
+        low, high = self.way.index(gone), self.way.index(until)
+        at, arc = self.landing(leg, high)
+        if arc == self.arc[leg] and at <= self.at[leg]:
+            raise StuckError(leg, at)
+        if self.landing(leg, low)[1] == arc:
+            return gone
+        while high - low > 1:  # it lands the farther the later
+            middle = (low + high) // 2
+            low, high = (low, middle) if self.landing(leg, middle)[1] == arc else (middle, high)
+        return STEP * high
+
     def is_settled(self, leg: int) -> bool:
         """Whether a foot ends where it has to: nominal, if it has stepped at all."""
         return not self._has_stepped[leg] or bool(self._utility[leg][-1] >= SETTLED)
 
     def may_settle(self, leg: int) -> float:
         """From when on (s of the way) a foot may land for good."""
-        early = np.flatnonzero(self.way.utility(leg, -1, slice(None)) < LAND_LAST)
+        arc = len(self.way.arcs[leg]) - 1
+        early = np.flatnonzero(self.way.utility(leg, -1, slice(None), arc) < LAND_LAST)
         return STEP * float(early[-1] + 1) if early.size else 0.0
+
+    def landing(self, leg: int, now: int, for_good: bool = False) -> tuple[int, int]:
+        """Where a foot lands, `at` and `arc`, below a base: as late as its box allows, or at the end."""
+        way, last = self.way, len(self.way.base) - 1
+        own = way.arcs[leg]
+        if for_good or way.utility(leg, last, slice(now, None), len(own) - 1).min() >= LAND_LAST:
+            return last, len(own) - 1
+        arc, most = self.arc[leg], now + round(AHEAD / STEP)
+        if way.robot.leg_list[leg].foot != "point":
+            while arc + 1 < len(own) and (
+                own[arc, 1] < now
+                and (
+                    own[arc + 1, 0] <= now
+                    or float(way.utility(leg, now, slice(now, now + 1), arc + 1)[0]) >= LAND
+                )
+            ):
+                arc += 1
+        there = way.utility(leg, slice(now, most), now, arc)
+        too_far = np.flatnonzero(there < LAND)
+        at = now + max(0, int(too_far[0] if too_far.size else there.size) - 1)
+        if way.robot.leg_list[leg].foot == "point" and len(own) > 1:
+            first = min(now, self.at[leg])
+            free = np.flatnonzero(way.stands(leg, first, at + 1))
+            at = first + int(free[-1]) if free.size else self.at[leg]
+            arc = way.arc_of(leg, at)
+        return at, arc
 
     def land(self, leg: int, gone: float, for_good: bool = False) -> None:
         """Puts a foot down where it will be nominal as late as its box allows, or at the end."""
-        way, now, last = self.way, self.way.index(gone), len(self.way.base) - 1
-        if for_good or way.utility(leg, last, slice(now, None)).min() >= LAND_LAST:
-            self.at[leg] = last
-        else:
-            there = way.utility(leg, slice(now, now + round(AHEAD / STEP)), now)
-            too_far = np.flatnonzero(there < LAND)
-            self.at[leg] = now + int(too_far[0] if too_far.size else there.size) - 1
-        self._utility[leg] = way.utility(leg, self.at[leg], slice(None))
+        way, now = self.way, self.way.index(gone)
+        self.at[leg], self.arc[leg] = self.landing(leg, now, for_good)
+        self._utility[leg] = way.utility(leg, self.at[leg], slice(None), self.arc[leg])
         self._inside_from[leg] = now + int(np.argmax(self._utility[leg][now:] >= 0.0))
         self._has_stepped[leg] = True
 
 
+class StuckError(Exception):
+    """A foot gets no farther: the next ground is out of its reach.
+
+    Attributes:
+        leg: whose.
+        at: number of the place of its track that it gets to.
+    """
+
+    def __init__(self, leg: int, at: int) -> None:
+        super().__init__(leg, at)
+        self.leg, self.at = leg, at
+
+
+def direct_way(scenario: Scenario, arcs_of: ArcsOf | None = None, reach: float = REACH) -> Carried:
+    """The straight way through start and goals; `arcs_of` and `reach` as in `Carried.through`."""
+    legs = [np.array(leg) for leg in pairwise(poses_of(scenario))]
+    return Carried.through(legs, scenario, arcs_of, reach=reach)
+
+
 def carried_ways(scenario: Scenario) -> list[Carried]:
     """Ways through start and goals of a scenario on flat ground, the most promising first."""
-    poses = poses_of(scenario)
-    direct = Carried.through([np.array(leg) for leg in pairwise(poses)], scenario)
+    poses, direct = poses_of(scenario), direct_way(scenario)
     headings = {leg.heading for leg in scenario.body.leg_list if leg.foot == "fixed"}
     if len(headings) != 1:
         return [direct]

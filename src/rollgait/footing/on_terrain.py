@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
@@ -10,15 +10,18 @@ from typing import Final
 import numpy as np
 
 from rollgait.dynamics.step import rotation
+from rollgait.errors import NotSolvedError
 from rollgait.footing.around import Ways
 from rollgait.footing.bends import bends
-from rollgait.footing.footing import FEET, Array, Footing
+from rollgait.footing.carried import REACH, WIDER_REACH, ArcsOf, direct_way
+from rollgait.footing.footing import FEET, Array, Footing, Index
 from rollgait.footing.pace import driven, poses_of
 from rollgait.footing.phases import FeetPaths, Swinging
-from rollgait.footing.route import Route, find_route
+from rollgait.footing.route import Route, find_route, track_arcs
+from rollgait.footing.stepping import route_along
 from rollgait.ocp.lift import minimum_jerk
 from rollgait.plan.samples import Samples
-from rollgait.robot.robot import Robot
+from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
 from rollgait.terrain.references import base_references
@@ -69,11 +72,7 @@ class OnTerrain:
 def find_ways(scenario: Scenario, schedule: ContactSchedule) -> OnTerrain:
     """The ways of a scenario's feet over its ground. Raises `NotSolvedError` where there are none."""
     robot, regions = scenario.body, regions_for(scenario)
-    poses = poses_of(scenario)
-    times = np.unique(np.concatenate([_between(schedule.node_times, GRID), schedule.node_times]))
-    rolls = [leg.foot != "point" for leg in robot.leg_list]
-    progress = _progress(scenario, schedule, poses, times)
-    route = find_route(times, progress, poses, robot.stance, regions, schedule, rolls, rise_max(robot))
+    route = _carried_route(scenario, schedule, regions) or _tracked_route(scenario, schedule, regions)
     nodes = np.searchsorted(route.times, schedule.node_times - 1e-12)
     yaw = route.base[nodes, 2]
     feet = route.feet[nodes]
@@ -86,6 +85,58 @@ def find_ways(scenario: Scenario, schedule: ContactSchedule) -> OnTerrain:
     if footing.may_differ:
         footing = ways.footing(paths, UNSURE)
     return OnTerrain(ways, route, footing)
+
+
+def _tracked_route(scenario: Scenario, schedule: ContactSchedule, regions: Sequence[Regions]) -> Route:
+    """Feet on their tracks, the base where these want it: for wheels, and where steps are too few to say."""
+    robot, poses = scenario.body, poses_of(scenario)
+    times = np.unique(np.concatenate([_between(schedule.node_times, GRID), schedule.node_times]))
+    rolls = [leg.foot != "point" for leg in robot.leg_list]
+    progress = _progress(scenario, schedule, poses, times)
+    return find_route(times, progress, poses, robot.stance, regions, schedule, rolls, rise_max(robot))
+
+
+def _carried_route(scenario: Scenario, schedule: ContactSchedule, regions: Sequence[Regions]) -> Route | None:
+    """Feet that stand, or roll ahead only, and step in time; None where none is, or they do not get there."""
+    if all(leg.foot == "steerable" for leg in scenario.body.leg_list):
+        return None
+    for reach in (REACH, WIDER_REACH):
+        way = direct_way(scenario, arcs_on(regions, rise_max(scenario.body)), reach)
+        found = route_along(way, schedule)
+        if found is not None and _stands(found[1], schedule, regions):
+            return Route(schedule.node_times, *found)
+    return None
+
+
+def _stands(feet: Array, schedule: ContactSchedule, regions: Sequence[Regions]) -> bool:
+    """Whether feet (N + 1, 4, 2) stand where they can; a wheel beside its track may not."""
+    contact = schedule.contact
+    return all(
+        region.free(feet[:-1, leg][contact[leg]]).all() and region.free(feet[1:, leg][contact[leg]]).all()
+        for leg, region in enumerate(regions)
+    )
+
+
+def arcs_on(regions: Sequence[Regions], rise: float) -> ArcsOf:
+    """Finds where tracks of feet can be stood on.
+
+    Args:
+        regions: of the foot of each leg.
+        rise: the highest step, m.
+    """
+
+    def arcs_of(tracks: Array) -> Sequence[Index]:
+        number = np.arange(len(tracks), dtype=float)
+        found = [track_arcs(regions[leg], tracks[:, leg], number, rise) for leg in range(FEET)]
+        for leg, arcs in enumerate(found):
+            if not len(arcs):
+                place = np.round(tracks[0, leg], 2).tolist()
+                raise NotSolvedError(
+                    f"no motion found: {LEG_NAMES[leg]} cannot stand at its first place {place} m"
+                )
+        return [arcs.astype(np.intp) for arcs in found]
+
+    return arcs_of
 
 
 def rise_max(robot: Robot) -> float:
