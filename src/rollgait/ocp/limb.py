@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Foot, Instant
+from rollgait.ocp.over import between_nodes_over
 from rollgait.ocp.term import Data, FootConstraint, Limits
 from rollgait.robot.robot import Limb
 from rollgait.scenario.scenario import Scenario
@@ -82,6 +83,7 @@ class Reach(FootConstraint):
     left_out_at_first = True
     unit = "m²"
     curvature = 1.2  # 2 ‖ṗ‖² of a foot that passes its hip at 0.77 m/s
+    curvature_over = 1.2  # m²/s² more where a foot goes over something: it has to turn in the air
 
     @classmethod
     def asked_for(cls, scenario: Scenario) -> Sequence[Self]:
@@ -102,8 +104,12 @@ class Reach(FootConstraint):
     def limits(self, problem: PlanContext, leg: int) -> Limits:
         limb = _known(problem.robot.leg_list[leg].limb)
         margin = problem.bound("reach_margin") or 0.0
-        lower = np.square([limb.extension[0] + margin, limb.radius_min])
-        return lower[:, None], np.array([[(limb.extension[1] - margin) ** 2], [np.inf]])
+        lower = np.square([limb.extension[0] + margin, limb.radius_min])[:, None]
+        upper = np.array([[(limb.extension[1] - margin) ** 2], [np.inf]])
+        if not problem.footing.swings:
+            return lower, upper
+        over = np.outer([1.0, 0.0], between_nodes_over(problem, leg, self.curvature_over))
+        return lower + over, upper - over
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         from_hip = foot.p_body - d.hip
