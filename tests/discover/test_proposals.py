@@ -50,11 +50,17 @@ def waypoints(scenario: Scenario) -> np.ndarray:
 
 @given(st.floats(-2.0, 2.0), st.floats(-1.0, 1.0), st.floats(-90.0, 90.0))
 @settings(max_examples=8)
-def test_on_flat_ground_nobody_steps(x: float, y: float, yaw: float) -> None:
-    assert all(
-        not any(swings(c.of(world())).values())
-        for c in candidates(world(goal={"x": x, "y": y, "yaw_deg": yaw}))
-    )
+def test_on_flat_ground_nobody_steps_but_to_steer(x: float, y: float, yaw: float) -> None:
+    found = candidates(world(goal={"x": x, "y": y, "yaw_deg": yaw}))
+    assert found[0].name == "driving"
+    for candidate in found:
+        steps = any(swings(candidate.of(world())).values())
+        assert steps == ("steps to steer" in candidate.name)
+
+
+def test_wheels_that_steer_all_the_way_round_never_step_on_flat_ground() -> None:
+    free = world(goal={"x": 1.0, "y": 0.6, "yaw_deg": 46.0}, bounds={"steering_deg": (-180.0, 180.0)})
+    assert [c.name for c in candidates(free)] == ["driving", "driving, 1.4 × the time"]
 
 
 @given(st.floats(0.85, 1.4), st.floats(0.05, 0.25), st.floats(-25.0, 25.0))

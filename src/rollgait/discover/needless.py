@@ -94,12 +94,13 @@ class _Judge:
         yaw = self.motion.euler[own, 0] + heading
         middle = 0.5 * (yaw[1:] + yaw[:-1])
         across = ways[:, 1] * np.cos(middle) - ways[:, 0] * np.sin(middle)
-        return (first - np.append(0.0, np.cumsum(across)))[:, None] * normal
+        return np.asarray((first - np.append(0.0, np.cumsum(across)))[:, None] * normal)
 
     def _seen_from_world(self, leg: int, offsets: Array, own: slice) -> Array:
         x, y = (self.robot.stance[leg, :2] + offsets).T
         c, s = self._yaw(own)
-        return self.motion.com_position[own, :2] + np.stack([c * x - s * y, s * x + c * y], axis=-1)
+        turned = np.stack([c * x - s * y, s * x + c * y], axis=-1)
+        return np.asarray(self.motion.com_position[own, :2] + turned)
 
     def _yaw(self, own: slice) -> tuple[Array, Array]:
         yaw = self.motion.euler[own, 0]

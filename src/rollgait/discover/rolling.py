@@ -113,8 +113,8 @@ class _Rolling:
         if plan.horizon > self.scenario.horizon + 1e-9:
             return
         apart = places[np.diff(gone, prepend=-np.inf) > TOGETHER]
-        s = np.unique(np.round(np.append(np.arange(len(way.poses)), apart), 6))
-        poses = way.base.at(s)
+        s = np.round(np.append(np.arange(len(way.poses), dtype=float), apart), 6)
+        poses = way.base.at(np.unique(s).astype(float))
         base = BaseWay.through(poses, self.lever)
         values = gait_values(base, poses, way.steps, plan, self.scenario.gait, self.lever)
         score = float(plan.horizon + STEP_TIME * len(way.steps) + doubt)
