@@ -240,7 +240,7 @@ ALL_CONSTRAINTS: tuple[type[Constraint] | type[FootConstraint], ...] = (
     limits.SwingSpeed,
     limb.JointSteering,
     limits.Steering,
-    limb.Reach,
+    limb.PlannedReach,
     limits.Acceleration,
     contact.TouchdownSpeed,
     contact.TouchdownDrift,
