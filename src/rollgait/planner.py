@@ -171,13 +171,20 @@ class Planner:
         progress: Progress | None,
     ) -> Plan:
         """The plan of a scenario whose gait is to be found; `planned` is `_planned` with its starts."""
-        from rollgait.discover.search import ITERATIONS, MENDINGS, discover  # here: it needs SciPy
+        from rollgait.discover.search import (  # here: it needs SciPy
+            ITERATIONS,
+            ITERATIONS_ON,
+            MENDINGS,
+            discover,
+        )
 
-        def plan_one(scenario: Scenario, task: str, until: float) -> Plan:
-            limits = Limits(until=until, iterations=ITERATIONS)
+        def plan_one(scenario: Scenario, task: str, until: float, start: Plan | None = None) -> Plan:
+            most = ITERATIONS if start is None else ITERATIONS_ON
+            limits = Limits(until=until, iterations=most)
             effort = Effort(1, MENDINGS, math.inf, limits)
             told = saying(task, progress)
-            return planned(scenario, progress=told, effort=effort, budget=None)
+            begun = planned if start is None else partial(planned, earlier=start)
+            return begun(scenario, progress=told, effort=effort, budget=None)
 
         with watch("discover"):
             return discover(asked, plan_one)

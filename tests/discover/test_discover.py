@@ -87,7 +87,7 @@ def test_a_closed_wall_is_refused(planner: rg.Planner) -> None:
 def test_where_the_search_is_cut_the_sentence_says_so() -> None:
     cut = {"kind": "discover", "search": {"seconds": 1e-6}}
 
-    def fails(scenario: rg.Scenario, task: str, until: float) -> rg.Plan:
+    def fails(scenario: rg.Scenario, task: str, until: float, start: rg.Plan | None = None) -> rg.Plan:
         raise NotSolvedError("it does not converge")
 
     with pytest.raises(
@@ -102,7 +102,7 @@ def test_where_the_search_is_cut_the_sentence_says_so() -> None:
 
 
 def test_gaits_that_the_mesh_cannot_hold_are_tried_and_told() -> None:
-    def unused(scenario: rg.Scenario, task: str, until: float) -> rg.Plan:
+    def unused(scenario: rg.Scenario, task: str, until: float, start: rg.Plan | None = None) -> rg.Plan:
         raise AssertionError(task)
 
     with pytest.raises(

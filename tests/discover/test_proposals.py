@@ -50,11 +50,17 @@ def waypoints(scenario: Scenario) -> np.ndarray:
 
 @given(st.floats(-2.0, 2.0), st.floats(-1.0, 1.0), st.floats(-90.0, 90.0))
 @settings(max_examples=8)
-def test_on_flat_ground_nobody_steps(x: float, y: float, yaw: float) -> None:
-    assert all(
-        not any(swings(c.of(world())).values())
-        for c in candidates(world(goal={"x": x, "y": y, "yaw_deg": yaw}))
-    )
+def test_on_flat_ground_nobody_steps_but_to_steer(x: float, y: float, yaw: float) -> None:
+    found = candidates(world(goal={"x": x, "y": y, "yaw_deg": yaw}))
+    assert found[0].name == "driving"
+    for candidate in found:
+        steps = any(swings(candidate.of(world())).values())
+        assert steps == ("steps to steer" in candidate.name)
+
+
+def test_wheels_that_steer_all_the_way_round_never_step_on_flat_ground() -> None:
+    free = world(goal={"x": 1.0, "y": 0.6, "yaw_deg": 46.0}, bounds={"steering_deg": (-180.0, 180.0)})
+    assert [c.name for c in candidates(free)] == ["driving", "driving, 1.4 × the time"]
 
 
 @given(st.floats(0.85, 1.4), st.floats(0.05, 0.25), st.floats(-25.0, 25.0))
@@ -197,3 +203,27 @@ def test_feet_are_as_uneven_as_front_feet_are_ahead(legs: list[int], rise: float
     ahead = np.cumsum([1 if leg < 2 else -1 for leg in legs]) if legs else np.zeros(1)
     assert unevenness(steps) == pytest.approx(0.5 * rise * np.abs(ahead).max())
     assert unevenness(down) == pytest.approx(unevenness(steps))
+
+
+@pytest.mark.parametrize("part", [STEP, OBLIQUE])
+def test_where_feet_land_elsewhere_the_base_is_shifted_at_each_step(part: dict[str, object]) -> None:
+    asked = world([part], {"x": 2.2})
+    found = {candidate.name: candidate for candidate in candidates(asked)}
+    assert next(iter(found)) == "as it comes"
+    far, near = (found[f"as it comes, {which} at each step"] for which in ("farther", "less far"))
+    places = []
+    for candidate in (far, near):
+        goal = candidate.of(asked.with_values({"gait": "drive"})).goal
+        *on_the_way, end = [goal.x, *(later.x for later in goal.then)]
+        assert end == pytest.approx(2.2)
+        places.append(on_the_way)
+    np.testing.assert_allclose(np.subtract(*places), 0.12, atol=1e-3)
+    legs = [
+        {name: len(own) for name, own in c.of(asked).gait.swings(c.of(asked).horizon).items()}
+        for c in (found["as it comes"], far, near)
+    ]
+    assert legs[0] == legs[1] == legs[2]
+
+
+def test_where_nothing_is_stepped_over_there_is_nowhere_else_to_land() -> None:
+    assert not [c for c in candidates(world()) if "at each step" in c.name]

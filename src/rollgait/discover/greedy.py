@@ -8,7 +8,7 @@ it is their turn. Feet that have stepped end at their nominal places. No solver 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -17,9 +17,11 @@ import numpy as np
 from rollgait.discover.candidate import Candidate
 from rollgait.errors import NotSolvedError
 from rollgait.footing.carried import NOTHING, Carried, Feet, carried_ways
-from rollgait.footing.footing import FEET
+from rollgait.footing.footing import FEET, Array
+from rollgait.footing.pace import PEAK
 from rollgait.robot.robot import GRAVITY, LEG_NAMES
 from rollgait.scenario.gait import BaseGait
+from rollgait.scenario.patterns import PATTERNS
 from rollgait.scenario.scenario import Scenario
 
 SWING: Final = 2.2
@@ -37,6 +39,18 @@ SOON: Final = 0.3
 MOST: Final = 400
 """Steps, beyond which a way is given up."""
 
+PAIR_PACES: Final = (1.0, 0.7)
+"""How long steps of diagonal pairs take, in usual ones: two feet do not hold a robot for longer."""
+
+PAIRED: Final = tuple(
+    LEG_NAMES.index(other)
+    for name in LEG_NAMES
+    for pair in PATTERNS["trot"].groups
+    if name in pair
+    for other in pair
+    if other != name
+)
+"""The leg across of each."""
 CYCLE: Final = tuple(LEG_NAMES.index(name) for name in ("HR", "FR", "HL", "FL"))
 """Turns of feet that must step at the same time: a front foot after the hind one of its side."""
 
@@ -74,18 +88,25 @@ def stepping(scenario: Scenario) -> Iterator[Candidate]:
         return
     ways = carried_ways(scenario)
     shortest = np.inf
-    for number, slower in enumerate((1.0, *OTHER_PACES)):
+    paces = [(slower, False) for slower in (1.0, *OTHER_PACES)]
+    paces += [(slower, True) for slower in PAIR_PACES]
+    speed = float(scenario.value_of("bounds", "swing_speed_max"))
+    for number, (slower, in_pairs) in enumerate(paces):
         pace = StepPace.of(scenario, slower)
         found = []
         for way in ways:
             name = "steps on the direct way" if way is ways[-1] else "turns where that takes few steps"
             try:
-                values = walk_values(scenario, walked(way, pace))
+                walk = walked(way, pace, in_pairs)
             except TooManyStepsError:
                 continue
+            if in_pairs and not (walk.has_pairs and walk.swing_speed <= speed):
+                continue
+            values = walk_values(scenario, walk)
             horizon = float(str(values["horizon"]))
             shortest = min(shortest, horizon)
             if horizon <= scenario.horizon + 1e-9:
+                name = f"{name}, diagonal pairs" if in_pairs else name
                 name = name if slower == 1.0 else f"{name}, {slower:g} × the time"
                 found.append(Candidate(name, horizon + DOUBT * number, values))
         yield from sorted(found, key=lambda candidate: candidate.score)
@@ -138,20 +159,27 @@ class Walk:
     """A base on its way by steps.
 
     Attributes:
+        in_pairs: whether feet across from one another that both must step do so together.
         steps: leg and lift-off, the latter in intervals, in their order.
         now: in intervals.
         gone: how far the base has come, s of the way.
+        longest: of the steps, m.
         trace: at the beginning of each interval: how far it had come then, and where each foot was nominal.
     """
 
-    def __init__(self, way: Carried, pace: StepPace) -> None:
-        self.way, self.pace, self.feet = way, pace, Feet(way)
+    def __init__(self, way: Carried, pace: StepPace, in_pairs: bool = False) -> None:
+        self.way, self.pace, self.feet, self.in_pairs = way, pace, Feet(way), in_pairs
         self.steps: list[tuple[int, int]] = []
-        self.now, self.gone = 0, 0.0
+        self.now, self.gone, self.longest = 0, 0.0, 0.0
         self.trace: list[tuple[float, tuple[int, ...]]] = []
         aside, turned = float(way.sideways[-1].sum()), float(way.base[-1, 2] - way.base[0, 2])
         to_the_right = (turned if abs(aside) < NOTHING else aside) < 0.0
         self.cycle = CYCLE[2:] + CYCLE[:2] if to_the_right else CYCLE  # mirrored, as the way is
+
+    @property
+    def has_pairs(self) -> bool:
+        """Whether any feet have stepped together."""
+        return len({lift_off for _, lift_off in self.steps}) < len(self.steps)
 
     @property
     def slot(self) -> float:
@@ -162,6 +190,21 @@ class Walk:
         """How soon it is the turn of a foot among those that must step at the same time."""
         after = 0 if not self.steps else self.cycle.index(self.steps[-1][0]) + 1
         return (self.cycle.index(leg) - after) % FEET
+
+    @property
+    def swing_speed(self) -> float:
+        """The highest speed of a foot in the air, m/s."""
+        return PEAK * self.longest / (self.pace.swing * self.pace.interval)
+
+    def waits(self, legs: Sequence[int]) -> list[int]:
+        """How many steps come before that of each of some feet, which step in this order."""
+        result, count = dict[int, int](), 0
+        for leg in legs:
+            if self.in_pairs and PAIRED[leg] in result:
+                result[leg] = result[PAIRED[leg]]
+            else:
+                result[leg], count = count, count + 1
+        return [result[leg] for leg in legs]
 
     def go_on(self, intervals: int, rate: float = 1.0) -> None:
         """Time passes."""
@@ -177,24 +220,42 @@ class Walk:
         while self.gone < needed - 1e-9:
             self.go_on(1)
 
-    def step(self, leg: int, others: list[tuple[float, int]]) -> None:
-        """A foot steps while the base goes on as far as the others allow, (until when they keep, leg)."""
-        rates = ((keeps - self.gone) / ((k + 1) * self.slot) for k, (keeps, _) in enumerate(others))
+    def step(self, leg: int, others: list[tuple[float, int]], may_join: Collection[int] = ()) -> None:
+        """A foot steps while the base goes on as far as the others allow, (until when they keep, leg).
+
+        In pairs the foot across steps with it if it may join.
+        """
+        legs = [leg, *(other for other in may_join if self.in_pairs and other == PAIRED[leg])]
+        others = [each for each in others if each[1] not in legs]
+        waits = self.waits([other for _, other in others])
+        rates = (
+            (keeps - self.gone) / ((k + 1) * self.slot) for k, (keeps, _) in zip(waits, others, strict=True)
+        )
         rate = max(0.0, min(1.0, *rates, 1.0))
-        self.steps.append((leg, self.now))
+        self.steps += [(each, self.now) for each in legs]
+        before = [self._place(each) for each in legs]
         self.go_on(self.pace.swing, rate)
-        self.feet.land(leg, self.gone)
+        for each, place in zip(legs, before, strict=True):
+            self.feet.land(each, self.gone)
+            self.longest = max(self.longest, float(np.linalg.norm(self._place(each) - place)))
         self.go_on(self.pace.shift, rate)
 
+    def _place(self, leg: int) -> Array:
+        """Where a foot is, (2,), m."""
+        now = self.way.index(self.gone)
+        x, y = self.way.offsets(leg, self.feet.at[leg], slice(now, now + 1), self.feet.arc[leg])[0]
+        c, s = np.cos(self.way.base[now, 2]), np.sin(self.way.base[now, 2])
+        return np.asarray(self.way.nominal[now, leg] + [c * x - s * y, s * x + c * y])
 
-def walked(way: Carried, pace: StepPace) -> Walk:
-    """A way gone to its end by the steps that must be taken.
+
+def walked(way: Carried, pace: StepPace, in_pairs: bool = False) -> Walk:
+    """A way gone to its end by the steps that must be taken, on flat ground in diagonal pairs if asked.
 
     Raises:
         TooManyStepsError: these are more than `MOST`.
         StuckError: a foot gets no farther.
     """
-    walk = Walk(way, pace)
+    walk = Walk(way, pace, in_pairs)
     walk.go_on(pace.shift, rate=0.0)
     h = pace.interval
     while len(walk.steps) < MOST:
@@ -202,15 +263,19 @@ def walked(way: Carried, pace: StepPace) -> Walk:
         must = [(keeps[leg], leg) for leg in range(FEET) if np.isfinite(keeps[leg])]
         must.sort(key=lambda each: (round((each[0] - walk.gone) / (SOON * walk.slot)), walk.turn(each[1])))
         now = walk.now * h
+        waits = walk.waits([leg for _, leg in must])
         slack = min(
-            (way.there_at(at, now, walk.gone) - now - (k + 1) * walk.slot for k, (at, _) in enumerate(must)),
+            (
+                way.there_at(at, now, walk.gone) - now - (k + 1) * walk.slot
+                for k, (at, _) in zip(waits, must, strict=True)
+            ),
             default=np.inf,
         )
         if slack < h:
             if walk.feet.lands_from(must[0][1], walk.gone) > max(walk.gone, min(must)[0]):
                 must.sort()  # who must be first, where the turn of another would be beyond an edge
             walk.approach(must[0][1])
-            walk.step(must[0][1], must[1:])
+            walk.step(must[0][1], must[1:], [leg for _, leg in must])
             continue
         late = [leg for leg in range(FEET) if not walk.feet.is_settled(leg) and not np.isfinite(keeps[leg])]
         settling = ((way.there_at(walk.feet.may_settle(leg), now, walk.gone) - now, leg) for leg in late)
@@ -219,7 +284,8 @@ def walked(way: Carried, pace: StepPace) -> Walk:
             default=(np.inf, 0, 0),
         )
         if wait < h:
-            walk.step(leg, must)
+            ready = [other for other in late if walk.feet.may_settle(other) - walk.gone - pace.swing * h < h]
+            walk.step(leg, must, ready)
         elif walk.gone < way.duration - 1e-9:
             walk.go_on(max(1, int(min(wait, slack, walk.slot) / h)))
         else:

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final
 
+import numpy as np
+
 from rollgait.discover.candidate import Candidate
 from rollgait.discover.crossings import Crossing, lengths
 from rollgait.discover.orders import monotone, other_orders, straying, unevenness
@@ -16,6 +18,7 @@ from rollgait.discover.serial import gait_values
 from rollgait.discover.timing import Pace, timed
 from rollgait.discover.ways import Way, Ways
 from rollgait.errors import NotSolvedError
+from rollgait.footing.route import BaseWay
 from rollgait.scenario.scenario import Scenario
 
 FLAT_PACE: Final = Pace(speed=0.5)
@@ -30,6 +33,10 @@ DOUBT: Final = 2.0
 """What any alternative counts in the score, s: what comes as it comes is mostly right."""
 UNEVEN: Final = 30.0
 """What it counts in the score that front and hind feet get farther apart in height than a step, s per m."""
+BASE_SHIFT: Final = 0.06
+"""By so much the base is farther, or less far, at each step where feet are to land elsewhere, m."""
+TOGETHER: Final = 0.1
+"""Steps at places of the base not farther apart than this are taken at one place, m."""
 STRAY: Final = 0.16
 """By so much the base may stray from where its feet want it, m: more is out of their boxes."""
 
@@ -59,8 +66,9 @@ class _Rolling:
         ways = self.ways.promising
         usual = sorted((c for way in ways for c in self.usual(way)), key=lambda c: c.score)
         yield from usual
-        others = [c for way in ways for c in self.others(way)]
+        others = [c for way in ways for c in (*self.others(way), *self.placed(way))]
         others += [c for way in self.ways.aside() for c in (*self.usual(way), *self.others(way))]
+        others += [c for way in self.ways.steered() for c in self.usual(way)]
         yield from sorted(others, key=lambda c: c.score)
         if not usual and not others:
             raise NotSolvedError(
@@ -89,6 +97,28 @@ class _Rolling:
             if stray <= STRAY:
                 more = doubt + DOUBT * stray / STRAY
                 yield from self.paced(f"{name}, another order", way, order, self.pace, more)
+
+    def placed(self, way: Way) -> Iterator[Candidate]:
+        """Gaits along a way with the base farther at each step, and not as far: so feet land elsewhere."""
+        for which, shift in (("farther", BASE_SHIFT), ("less far", -BASE_SHIFT)) if way.steps else ():
+            yield from self.shifted(way, f"{which} at each step", shift, self.doubt(way) + 2.0 * DOUBT)
+
+    def shifted(self, way: Way, name: str, shift: float, doubt: float) -> Iterator[Candidate]:
+        """A gait whose base is to be farther by a shift, m, at each step: the places are goals on its way."""
+        length = lengths(way.base, self.lever)
+        middles = np.interp(monotone([step.middle for step in way.steps]), way.base.s, length)
+        gone = np.clip(middles + shift, 0.0, length[-1])
+        places = np.interp(gone, length, way.base.s)
+        plan = timed(way.steps, way.base.s, length, self.pace, places.tolist())
+        if plan.horizon > self.scenario.horizon + 1e-9:
+            return
+        apart = places[np.diff(gone, prepend=-np.inf) > TOGETHER]
+        s = np.round(np.append(np.arange(len(way.poses), dtype=float), apart), 6)
+        poses = way.base.at(np.unique(s).astype(float))
+        base = BaseWay.through(poses, self.lever)
+        values = gait_values(base, poses, way.steps, plan, self.scenario.gait, self.lever)
+        score = float(plan.horizon + STEP_TIME * len(way.steps) + doubt)
+        yield Candidate(f"{self.name(way)}, {name}", score, values)
 
     @property
     def pace(self) -> Pace:

@@ -53,12 +53,17 @@ def steps_of(scenario: Scenario) -> Steps:
 
 def with_steps(scenario: Scenario, steps: Sequence[Step]) -> Scenario:
     """The same scenario with these steps; how wheels and clearances are stays as it is."""
+    return scenario.with_values(steps_values(scenario, steps))
+
+
+def steps_values(scenario: Scenario, steps: Sequence[Step]) -> dict[str, Any]:
+    """What these steps set of a scenario."""
     gait: dict[str, Any] = {name: getattr(scenario.gait, name) for name in BaseGait.model_fields}
     gait["kind"] = "schedule" if steps else "drive"
     for step in sorted(steps):
         for leg in step.legs:
             gait.setdefault(leg, []).append([step.begin, step.end])
-    return scenario.with_values({"gait": gait})
+    return {"gait": gait}
 
 
 def without(steps: Steps, number: int) -> Steps:

@@ -6,7 +6,7 @@ Of each it is known where its feet must step; what forbids one says why.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Final
@@ -17,6 +17,7 @@ from rollgait.discover.crossings import Crossing, crossings, lengths
 from rollgait.discover.detours import Network
 from rollgait.discover.passages import Passages, passages
 from rollgait.discover.refusals import STRIDE, Refusal, belly_refusal, landing_refusal
+from rollgait.discover.stops import stops
 from rollgait.errors import NotSolvedError
 from rollgait.footing.footing import Array
 from rollgait.footing.on_terrain import regions_for, rise_max
@@ -165,6 +166,45 @@ class Ways:
             way = self.look(name, np.vstack([self.poses[:1], there, self.poses[1:]]))
             if isinstance(way, Way):
                 yield way
+
+    def steered(self) -> Iterator[Way]:
+        """Instead of a straight way on which wheels come to a stop of their steering.
+
+        Ways that turn before they go, or at other yaws; on those where stops are left, and on the straight
+        one, feet step there. None where no wheel comes to a stop.
+        """
+        if not isinstance(self.straight, Way) or len(self.poses) > 2 or not self.stops(self.straight):
+            return
+        start, goal = self.poses
+        ahead = np.arctan2(*(goal - start)[1::-1])
+        yaws = [(f"turned to {name}", yaw) for name, yaw in (("the goal's yaw", goal[2]), ("its way", ahead))]
+        yaws += [("turned at the end", start[2]), ("turned to its way, backwards", ahead + np.pi)]
+        for name, yaw in yaws:
+            yaw = start[2] + (yaw - start[2] + np.pi) % (2.0 * np.pi) - np.pi
+            turned = np.array([[*start[:2], yaw], [*goal[:2], yaw]])
+            poses = np.vstack([start, turned, goal])
+            changes = np.append(True, np.abs(np.diff(poses, axis=0)).max(axis=1) > 1e-9)
+            way = self.look(name, poses[changes])
+            if isinstance(way, Way):
+                yield from self.stepping_at_stops(way)
+        yield from self.stepping_at_stops(self.straight)
+
+    def stepping_at_stops(self, way: Way) -> Iterator[Way]:
+        """A way with steps at the stops that are on it; none where a step would be too long."""
+        found = self.stops(way)
+        with_steps = replace(way, steps=sorted((*way.steps, *found), key=lambda step: step.middle))
+        if not found or with_steps.reaches().max() <= self.stride:
+            name = ", ".join(part for part in (way.name, "steps to steer" if found else "") if part)
+            yield replace(with_steps, name=name)
+
+    def stops(self, way: Way) -> Sequence[Crossing]:
+        """Where wheels come to a stop of their steering on a way."""
+        free = (-np.inf, np.inf)
+        legs = enumerate(self.robot.leg_list)
+        ranges = [
+            self.scenario.steering_range(leg) if data.foot == "steerable" else free for leg, data in legs
+        ]
+        return stops(way.base, self.robot.stance, ranges)
 
     @cached_property
     def window(self) -> tuple[Array, Array]:

@@ -127,8 +127,7 @@ class Carried:
         middle, moved = 0.5 * (heading[1:] + heading[:-1]), np.diff(nominal, axis=0)
         across = moved[..., 1] * np.cos(middle) - moved[..., 0] * np.sin(middle)
         sideways = np.vstack([np.zeros(FEET), np.cumsum(across, axis=0)])
-        box = np.abs(robot.foot_boxes(scenario.bounds.box)[..., :2])
-        used = np.clip(reach * box, NOTHING, REACH_OF_HEIGHT * robot.height)
+        used = used_boxes(robot, scenario.bounds.box, reach)
         begins = goal_times(scenario) if begins is None else begins
         arcs = [np.array([[0, len(base) - 1]])] * FEET if arcs_of is None else arcs_of(nominal)
         return cls(base, np.array(reached), np.array(begins), nominal, sideways, robot, used, arcs)
@@ -193,8 +192,7 @@ class Carried:
 
     def utility(self, leg: int, nominal_at: int | slice, at: int | slice, arc: int = 0) -> Array:
         """1 where a foot is nominal, 0 at the border of what it uses of its box, less beyond, (n,)."""
-        offsets = self.offsets(leg, nominal_at, at, arc)
-        return np.asarray(1.0 - np.linalg.norm(offsets / np.where(offsets < 0.0, *self.box[leg]), axis=-1))
+        return utility_of(self.offsets(leg, nominal_at, at, arc), self.box[leg])
 
     @property
     def effort(self) -> float:
@@ -210,6 +208,26 @@ class Carried:
                 c, s = np.cos(self.base[1:, 2]), np.sin(self.base[1:, 2])
                 result += np.hypot((c * x + s * y) / box[0], (c * y - s * x) / box[1]).sum()
         return float(result)
+
+
+def used_boxes(robot: Robot, half_sizes: Sequence[float] | None, reach: float) -> Array:
+    """How far feet are used behind and to the right of their nominal places, and before and to the left.
+
+    Args:
+        robot: whose feet they are.
+        half_sizes: of a box for all feet that goes before those of the robot, m.
+        reach: part of the box in which feet are used.
+
+    Returns:
+        (4, 2, 2), m.
+    """
+    box = np.abs(robot.foot_boxes(half_sizes)[..., :2])
+    return np.asarray(np.clip(reach * box, NOTHING, REACH_OF_HEIGHT * robot.height))
+
+
+def utility_of(offsets: Array, box: Array) -> Array:
+    """1 for a nominal foot, 0 at the border of its box (2, 2), less beyond; (n, 2) → (n,)."""
+    return np.asarray(1.0 - np.linalg.norm(offsets / np.where(offsets < 0.0, *box), axis=-1))
 
 
 class Feet:
