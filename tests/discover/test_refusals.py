@@ -139,8 +139,8 @@ def test_on_treads_that_are_so_much_longer_there_is_a_certified_plan() -> None:
     assert plan.certificate().passed
 
 
-@pytest.mark.parametrize("length", [0.3, 0.8])
-def test_unknown_ground_across_the_way_is_named_with_its_place(tmp_path: Path, length: float) -> None:
+def test_unknown_ground_across_the_way_is_named_with_its_place(tmp_path: Path) -> None:
+    length = 0.8
     with pytest.raises(NotSolvedError) as refused:
         candidates(on_map(tmp_path, length), 1)
     text = str(refused.value)
