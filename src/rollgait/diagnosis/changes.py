@@ -285,12 +285,22 @@ def _support_margin(scenario: Scenario, finding: Finding) -> Iterator[tuple[str,
         yield text, {f"bounds.{name}": value}
 
 
+def _body_clearance(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]:
+    """A smaller distance of body and legs from the ground, but not in it."""
+    own = scenario.value_of("bounds", "body_clearance")
+    value = math.floor(1e3 * (own - MARGIN * _worst(finding))) / 1e3
+    if 0.0 <= value < own:
+        text = f"less room between body and ground: {value:g} m instead of {own:g} m"
+        yield text, {"bounds.body_clearance": value}
+
+
 def _level(scenario: Scenario, finding: Finding) -> Iterator[tuple[str, Change]]:
     yield "an end that need not be level", {"bounds.level_at_end": False}
 
 
 _LIMITS: Mapping[str, Callable[[Scenario, Finding], Iterator[tuple[str, Change]]]] = {
     "acceleration": _acceleration,
+    "body_clearance": _body_clearance,
     "box": _box,
     "capture_margin": _support_margin,
     "com_margin": _support_margin,

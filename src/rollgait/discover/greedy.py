@@ -213,8 +213,9 @@ def walked(way: Carried, pace: StepPace) -> Walk:
             walk.step(must[0][1], must[1:])
             continue
         late = [leg for leg in range(FEET) if not walk.feet.is_settled(leg) and not np.isfinite(keeps[leg])]
+        settling = ((way.there_at(walk.feet.may_settle(leg), now, walk.gone) - now, leg) for leg in late)
         wait, _, leg = min(
-            ((walk.feet.may_settle(leg) - walk.gone - pace.swing * h, walk.turn(leg), leg) for leg in late),
+            ((until - pace.swing * h, walk.turn(leg), leg) for until, leg in settling),
             default=(np.inf, 0, 0),
         )
         if wait < h:

@@ -13,6 +13,7 @@ from rollgait.dynamics.step import rotation
 from rollgait.errors import NotSolvedError
 from rollgait.footing.around import Ways
 from rollgait.footing.bends import bends
+from rollgait.footing.beneath import BodyPath
 from rollgait.footing.carried import REACH, WIDER_REACH, ArcsOf, direct_way
 from rollgait.footing.footing import FEET, Array, Footing, Index
 from rollgait.footing.pace import driven, poses_of
@@ -67,6 +68,16 @@ class OnTerrain:
     def around(self, motion: Samples) -> Footing:
         """The ground as numbers about a motion, sampled at the nodes."""
         return self.ways.footing(FeetPaths(motion.foot_position[..., :2], motion.heading, motion.euler[:, 0]))
+
+    def expected(self, robot: Robot) -> BodyPath:
+        """Where the robot is at the nodes if it goes along the route, standing as the ground asks for."""
+        nodes = np.searchsorted(self.route.times, self.ways.schedule.node_times - 1e-12)
+        base, feet = self.route.base[nodes], self.route.feet[nodes]
+        intervals = np.minimum(np.arange(len(nodes)), self.footing.count - 1)
+        ground, pitch, roll = self.footing.base.T
+        com = np.column_stack([base[:, :2], ground + robot.height])
+        places = np.concatenate([feet, self.footing.height(intervals, feet)[..., None]], axis=-1)
+        return BodyPath(com, np.column_stack([base[:, 2], pitch, roll]), places)
 
 
 def find_ways(scenario: Scenario, schedule: ContactSchedule) -> OnTerrain:

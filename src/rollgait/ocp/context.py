@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from rollgait.footing.beneath import Beneath
 from rollgait.footing.footing import Footing
 from rollgait.robot.robot import Robot
 from rollgait.scenario.scenario import Scenario
@@ -56,6 +57,10 @@ class PlanContext(Context, Protocol):
     @property
     def footing(self) -> Footing:
         """The ground under each foot in each interval."""
+
+    @property
+    def beneath(self) -> Beneath:
+        """Where body and legs come near the ground."""
 
     @property
     def lift_rate(self) -> Array:

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from rollgait.ocp.context import PlanContext
 from rollgait.ocp.instant import Foot, Instant
+from rollgait.ocp.over import between_nodes_over
 from rollgait.ocp.term import Data, FootConstraint, Limits
 from rollgait.robot.robot import Limb
 from rollgait.scenario.scenario import Scenario
@@ -102,8 +103,9 @@ class Reach(FootConstraint):
     def limits(self, problem: PlanContext, leg: int) -> Limits:
         limb = _known(problem.robot.leg_list[leg].limb)
         margin = problem.bound("reach_margin") or 0.0
-        lower = np.square([limb.extension[0] + margin, limb.radius_min])
-        return lower[:, None], np.array([[(limb.extension[1] - margin) ** 2], [np.inf]])
+        lower = np.square([limb.extension[0] + margin, limb.radius_min])[:, None]
+        upper = np.array([[(limb.extension[1] - margin) ** 2], [np.inf]])
+        return lower, upper
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         from_hip = foot.p_body - d.hip
@@ -116,6 +118,19 @@ class Reach(FootConstraint):
         e_square = rho_square - d.offset**2 + ankle * (2.0 * forward + ankle) + v**2
         squares: ca.SX = ca.vertcat(e_square, rho_square)
         return squares
+
+
+class PlannedReach(Reach):
+    """`Reach` with a reserve between nodes where a foot goes over something: it has to turn in the air."""
+
+    curvature_over = 1.2  # m²/s² more
+
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
+        lower, upper = (np.asarray(limit) for limit in super().limits(problem, leg))
+        if not problem.footing.swings:
+            return lower, upper
+        over = np.outer([1.0, 0.0], between_nodes_over(problem, leg, self.curvature_over))
+        return lower + over, upper - over
 
 
 def _forward(square: ca.SX, d: Data) -> ca.SX:

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from rollgait.ocp.context import Context, PlanContext
 from rollgait.ocp.instant import Foot, Instant
 from rollgait.ocp.limb import JointSteering, Reach
+from rollgait.ocp.over import between_nodes_over
 from rollgait.ocp.term import INPUT, Data, FootConstraint, Limits, Mask, Phase, Place
 from rollgait.scenario.scenario import Scenario
 
@@ -49,17 +50,11 @@ class Box(FootConstraint):
         if not problem.footing.is_flat and Reach().applies(problem, leg) and problem.bound(Reach.name):
             low[2], high[2] = -np.inf, max(high[2, 0], LIFT_OF_HEIGHT * problem.robot.height)
             return low, high  # the hip has a centimetre more
-        return low, high - self._overshoot(problem, leg) if problem.footing.swings else high
-
-    def _overshoot(self, problem: PlanContext, leg: int) -> NDArray[np.float64]:
-        """By how much a foot that goes over something is higher between two nodes than at them, (3, N), m."""
-        mesh = problem.schedule.mesh
-        result, h = np.zeros((3, mesh.intervals)), np.maximum(mesh.lengths_before, mesh.lengths)
-        for swing in problem.footing.swings:
-            if swing.leg == leg and swing.over:
-                over = slice(swing.lift_off, swing.touch_down)
-                result[2, over] = (OVER_ACCELERATION - self.curvature) * h[over] ** 2 / 8.0
-        return result
+        if not problem.footing.swings:
+            return low, high
+        high = np.repeat(high, problem.footing.count, axis=1)
+        high[2] -= between_nodes_over(problem, leg, OVER_ACCELERATION - self.curvature)
+        return low, high
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         p_body = x.R_world_base.T @ (foot.p - x.r) if self.full_rotation else foot.p_body

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from rollgait.angles import turned
 from rollgait.dynamics.wrench import wrench_numbers
 from rollgait.errors import InputError, UnknownNameError
+from rollgait.footing.beneath import Beneath, BodyPath, Underside, beneath
 from rollgait.footing.footing import Footing
-from rollgait.ocp import boundary, contact, costs, friction, limb, limits, support
+from rollgait.ocp import body, boundary, contact, costs, friction, limb, limits, support
 from rollgait.ocp.lift import lift
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
 from rollgait.polynomials import HEIGHT_POINTS, gauss_points
@@ -53,6 +54,7 @@ class Problem:
         schedule: which foot is on the ground when, on the mesh on which the problem is solved.
         footing: the ground under each foot in each interval.
         terrain: the ways of the feet over ground that is not flat; None where it is.
+        expected: where the robot is about, for what its body comes near; None where nobody asks.
     """
 
     scenario: Scenario
@@ -61,6 +63,7 @@ class Problem:
     schedule: ContactSchedule
     footing: Footing
     terrain: OnTerrain | None = None
+    expected: BodyPath | None = None
 
     @property
     def robot(self) -> Robot:
@@ -117,6 +120,14 @@ class Problem:
         return goals
 
     @cached_property
+    def beneath(self) -> Beneath:
+        """Where body and legs come near the ground."""
+        clearance = self.bound("body_clearance")
+        if self.expected is None or clearance is None:
+            return Beneath.nothing(self.schedule.intervals)
+        return beneath(Underside.of(self.robot), self.scenario.terrain, self.expected, clearance)
+
+    @cached_property
     def lift_rate(self) -> Array:
         """Vertical speed of the smooth lift at the height points, shape (points, 4, N), m/s."""
         h = self.schedule.lengths[:, None]
@@ -135,9 +146,10 @@ class Problem:
         if self.terrain is None:
             footing = Footing.flat(self.footing.level, self.scenario.ground.friction, schedule.intervals)
             return replace(self, schedule=schedule, footing=footing)
-        terrain = self.terrain.on(schedule)
+        terrain, at = self.terrain.on(schedule), motion(schedule.node_times)
+        expected = BodyPath(at.com_position, at.euler, at.foot_position)
         return replace(
-            self, schedule=schedule, terrain=terrain, footing=terrain.around(motion(schedule.node_times))
+            self, schedule=schedule, terrain=terrain, footing=terrain.around(at), expected=expected
         )
 
     def cut_at_bends(self, motion: Callable[[Array], Samples]) -> Problem:
@@ -186,7 +198,8 @@ def make_problem(
     terrain = find_ways(scenario, schedule)
     base, p_foot = standing_start(scenario)
     start = StartState(base, np.zeros(6), p_foot, base[3] + scenario.start_headings())
-    return Problem(scenario, kept, start, schedule, terrain.footing, terrain)
+    expected = terrain.expected(scenario.body)
+    return Problem(scenario, kept, start, schedule, terrain.footing, terrain, expected)
 
 
 def standard_terms(scenario: Scenario) -> list[Term]:
@@ -227,13 +240,14 @@ ALL_CONSTRAINTS: tuple[type[Constraint] | type[FootConstraint], ...] = (
     limits.SwingSpeed,
     limb.JointSteering,
     limits.Steering,
-    limb.Reach,
+    limb.PlannedReach,
     limits.Acceleration,
     contact.TouchdownSpeed,
     contact.TouchdownDrift,
     boundary.LevelAtEnd,
     support.ComMargin,
     support.CaptureMargin,
+    body.BodyClearance,
 )
 
 

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from rollgait.config import (
     Config,
@@ -170,6 +170,44 @@ class Legs(Config):
     """Hind right."""
 
 
+class Box(Config):
+    """A box about a piece of the trunk, as low as that is."""
+
+    x: Range
+    """From where to where, base frame, m."""
+    y: Range
+    """From where to where, base frame, m."""
+    z: Number
+    """Its lowest height, base frame, m."""
+
+
+class Sphere(Config):
+    """A sphere about a piece of a leg. The leg bends: it goes partly with the base, partly with the foot."""
+
+    leg: LegName
+    """The leg that it belongs to."""
+    centre: Vector3
+    """Its centre in the nominal stance, base frame, m."""
+    radius: Positive
+    """Its radius, m."""
+    with_base: Annotated[Number, Field(ge=0.0, le=1.0)]
+    """How much of its way it goes with the base; the rest it goes with its foot."""
+
+
+class Shapes(Config):
+    """What of a robot must not touch the ground besides its feet."""
+
+    belly: tuple[Box, ...] = ()
+    """Boxes about the trunk."""
+    limbs: tuple[Sphere, ...] = ()
+    """Spheres about the legs."""
+
+    @property
+    def known(self) -> bool:
+        """Whether anything is known of them."""
+        return bool(self.belly or self.limbs)
+
+
 class Robot(Shown, Config):
     """A quadruped as a single rigid body with four feet."""
 
@@ -185,6 +223,8 @@ class Robot(Shown, Config):
     """b: half-sizes of the box about p̄ in which a foot may be whose leg names none, base-yaw frame, m."""
     legs: Legs
     """The four legs."""
+    underside: Shapes = Shapes()
+    """What must not touch the ground besides the feet; if nothing is given, nobody looks after it."""
     whole_body: str | None = None
     """File that describes all its joints, for tracking; if none, the one of this name in the library."""
     loads: tuple[Load, ...] | None = None

@@ -27,6 +27,7 @@ from rollgait.robot.urdf_reach import (
     steering_ranges,
 )
 from rollgait.robot.urdf_stance import Stance, nominal_stance
+from rollgait.robot.urdf_underside import find_underside
 from rollgait.robot.whole_body import WholeBody
 
 SPEED_UNKNOWN = 1.0
@@ -125,6 +126,7 @@ def import_robot(
         },
         "box": body.planner.box or [float(v) for v in (box if box is not None else ())],
         "legs": legs,
+        "underside": find_underside(model, stance).model_dump(mode="json"),
         "whole_body": whole_body_file,
     }
     robot = validate(Robot, data, "robot")
@@ -251,6 +253,10 @@ def _findings(
         chosen = choices.steering_rate_max is not None
         source = "chosen" if chosen else "steering joint's speed limit"
         found.append(Finding("steering rate", f"{first.steering_rate_max:g} rad/s", source, not chosen))
+    under = robot.underside
+    text = f"{len(under.belly)} boxes, {len(under.limbs)} spheres"
+    text = text if under.known else "none: nobody looks after body and legs on rough ground"
+    found.append(Finding("underside", text, "collision shapes", known=under.known))
     source = "chosen" if choices.force_max else "default: the robot's weight"
     found.append(Finding("contact force", f"{first.force_max:g} N", source, known=False))
     return found

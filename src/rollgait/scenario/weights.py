@@ -107,5 +107,8 @@ class Bounds(Config):
     """How far inside the feet that stand the CoM stays while one of four swings, m (executable)."""
     capture_margin: SupportMargin | None = by_profile(executable=-0.03)
     """The same for the capture point: where the CoM would come to rest over these feet, m (executable)."""
+    body_clearance: NonNegative | None = by_profile(executable=0.03)
+    """How far the trunk stays from ground that is not flat, m, hips and thighs by 1 cm at most; of robots
+    whose `underside` is known (executable)."""
     without: tuple[str, ...] = ()
     """Names of terms to leave out of the problem."""

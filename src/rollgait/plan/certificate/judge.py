@@ -8,6 +8,7 @@ from dataclasses import fields
 import numpy as np
 
 from rollgait.plan.certificate import tolerances as tol
+from rollgait.plan.certificate.body import check_body
 from rollgait.plan.certificate.case import Case
 from rollgait.plan.certificate.defects import check_defects
 from rollgait.plan.certificate.ends import check_final_stance, check_goal, check_rest, check_start
@@ -32,6 +33,7 @@ CHECKS: tuple[Callable[[Case], Iterator[Row]], ...] = (
     check_stance,
     check_swing,
     check_ground,
+    check_body,
     check_forces,
     check_support,
     check_box,

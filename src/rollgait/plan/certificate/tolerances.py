@@ -34,6 +34,8 @@ SWING_DEPTH = 2e-3
 """m; of rims in swing: where they leave the ground and come back to it a kink may be misplaced."""
 STANDS_OUT = 0.01
 """m; what stands out of the ground between two footholds by more than this must be gone over."""
+BODY = 0.01
+"""m; of trunk and hips above the ground: what spheres are wrong by as legs move."""
 CLEARANCE = 1e-3
 """m; 1 % of the usual clearance."""
 FORCE = 0.1
