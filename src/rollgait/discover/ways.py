@@ -6,8 +6,9 @@ Of each it is known where its feet must step; what forbids one says why.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Final
 
@@ -15,8 +16,10 @@ import numpy as np
 
 from rollgait.discover.crossings import Crossing, crossings, lengths
 from rollgait.discover.detours import Network
+from rollgait.discover.openings import opening_refusal
 from rollgait.discover.passages import Passages, passages
 from rollgait.discover.refusals import STRIDE, Refusal, belly_refusal, landing_refusal
+from rollgait.discover.steepness import lacking
 from rollgait.discover.stops import stops
 from rollgait.errors import NotSolvedError
 from rollgait.footing.footing import Array
@@ -75,6 +78,7 @@ class Ways:
     Attributes:
         scenario: what is asked.
         poses: start and goals, (g + 1, 3), m and rad.
+        stance: nominal places of the feet, base-yaw frame, (4, 3), m.
         lever: what a turn of 1 rad counts as, m.
         regions: where each foot can stand; none on flat ground.
         rise: the highest step, m.
@@ -84,7 +88,8 @@ class Ways:
     def __init__(self, scenario: Scenario) -> None:
         self.scenario, self.robot = scenario, scenario.body
         self.poses = poses_of(scenario)
-        self.lever = turn_lever(self.robot.stance)
+        self.stance = self.robot.stance
+        self.lever = turn_lever(self.stance)
         self.flat = scenario.ground.kind == "flat"
         self.regions = [] if self.flat else regions_for(scenario)
         self.rise = rise_max(self.robot)
@@ -106,20 +111,37 @@ class Ways:
         if not result or result[0].steps:
             result += self.around(bool(result))
         if not result and not isinstance(self.straight, Way):
-            raise NotSolvedError(f"no way found: {self.straight()}")
+            raise NotSolvedError(f"no way found: {opening_refusal(self) or self.straight()}")
         return result
+
+    def narrower(self, by: float) -> Ways:
+        """The ways of a robot whose feet stand nearer to its middle by so much (m)."""
+        result = copy(self)
+        result.stance = self.stance - np.sign(self.stance) * np.array([0.0, by, 0.0])
+        result.__dict__.pop("straight", None)
+        result.__dict__["passages"] = replace(self.passages, stance=result.stance)
+        return result
+
+    def any_way(self, steps: bool) -> Way | None:
+        """The straight way, else one around, free of steps if there may be none; None if there is no such."""
+        straight = self.straight
+        if isinstance(straight, Way) and (steps or not straight.steps):
+            return straight
+        return next((way for way in self.around(not steps)), None)
 
     def look(self, name: str, poses: Array) -> Way | Refusal:
         """The way through poses, or why there is none."""
         base = BaseWay.through(poses, self.lever)
         if self.flat:
             return Way(name, poses, base, ())
-        stance = self.robot.stance
-        refusal = landing_refusal(base, stance, self.regions, self.rise, self.stride)
-        refusal = refusal or belly_refusal(base, stance, self.regions, self.rise, self.robot.height)
+        stance, height = self.stance, self.robot.height
+        treads = partial(lacking, base, stance, self.regions, self.rise, height)
+        refusal = landing_refusal(base, stance, self.regions, self.rise, self.stride, treads)
+        refusal = refusal or belly_refusal(base, stance, self.regions, self.rise, height)
         if refusal is not None:
             return refusal
-        return Way(name, poses, base, crossings(base, stance, self.regions, self.rise))
+        steps = crossings(base, stance, self.regions, self.rise)
+        return Way(name, poses, base, steps)
 
     def around(self, is_straight: bool) -> Iterator[Way]:
         """Ways around: with no step at all, and where there is no straight one, with some."""
@@ -214,7 +236,7 @@ class Ways:
     def passages(self) -> Passages:
         return passages(
             self.regions,
-            self.robot.stance,
+            self.stance,
             *self.window,
             rise_max=self.rise,
             stride=self.stride,
