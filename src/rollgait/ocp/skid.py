@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from rollgait.ocp.context import PlanContext
 from rollgait.ocp.friction import pyramid
 from rollgait.ocp.instant import Foot, Instant
-from rollgait.ocp.term import INPUT, Data, FootConstraint, Mask, Phase, Place, Role
+from rollgait.ocp.term import INPUT, Data, FootConstraint, Limits, Mask, Phase, Place, Role
 from rollgait.scenario.scenario import Scenario
 
 KINETIC = 0.9
@@ -20,13 +20,20 @@ KINETIC = 0.9
 sticking, and the rest is room for the wheel's turn within an interval, in which its force is constant."""
 SOFT = 0.1
 """ε in parts of `slip_max`: below it friction grows with the slip, as that of a creeping tyre does."""
+ROUND = 0.005
+"""How smoothly the room that the force along the heading leaves ends, in parts of the squared cone."""
+
+TINY = 1e-8
+"""Of the squared weight: keeps the root's derivative finite where there is no normal force."""
 
 
 class Skid(FootConstraint):
-    """f_lat = −0.9 μ f_z s / √(s² + ε²): Coulomb's law, made smooth, in the middle of the interval.
+    """f_lat = −√((0.9 μ f_z)² − f_long²) s / √(s² + ε²): Coulomb's law, made smooth, mid-interval.
 
-    s is the slip to the left, f_lat the force to the left. An equality, as an inequality f_lat s ≤ 0 would
-    let wheels slide for nothing. In the last interval wheels stand, and stick: any force inside the cone.
+    s is the slip to the left, f_lat the force to the left. A wheel that slides sideways has all of its friction
+    against its slip; as its drive decides how far it also spins, any part of that may be along the heading, and
+    the rest is across. An equality, as an inequality f_lat s ≤ 0 would let wheels slide for nothing. In the
+    last interval wheels stand, and stick: any force inside the cone.
     """
 
     name = "skid"
@@ -34,7 +41,6 @@ class Skid(FootConstraint):
     sentence = "friction would have to be another than that of a wheel that slips sideways"
     places = INPUT
     phase = Phase.STANCE
-    lower = upper = 0.0
     unit = "N"
     by_weight = True
 
@@ -49,7 +55,10 @@ class Skid(FootConstraint):
     def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
         # a foot without slip has no rows, but its numbers are read
         soft = SOFT * (problem.scenario.slip_max(leg) or 1.0)
-        return {"mu": KINETIC * pyramid(problem, leg)[None, :], "soft": [soft]}
+        return {"mu": KINETIC * pyramid(problem, leg)[None, :], "soft": [soft], "weight": [problem.robot.weight]}
+
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
+        return 0.0, np.array([[0.0], [np.inf], [np.inf]])
 
     def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
         stance = super().holds(problem, place, leg).copy()
@@ -58,8 +67,11 @@ class Skid(FootConstraint):
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         along, left, normal = foot.force_contact[0], foot.force_contact[1], foot.force_contact[2]
-        to_the_middle = 0.5 * x.body.interval * foot.heading_rate
-        s = foot.lateral_speed
-        share = s / ca.sqrt(s**2 + d.soft**2)
-        force: ca.SX = left - to_the_middle * along + d.mu * normal * share
-        return force
+        turn = 0.5 * x.body.interval * foot.heading_rate
+        along, left = along + turn * left, left - turn * along
+        s, cone = foot.lateral_speed, d.mu * normal
+        room = cone**2 - along**2
+        across = ca.sqrt(0.5 * (room + ca.sqrt(room**2 + (ROUND * cone**2) ** 2) + TINY * d.weight**2))
+        law = left + across * s / ca.sqrt(s**2 + d.soft**2)
+        rows: ca.SX = ca.vertcat(law, cone - along, cone + along)
+        return rows

@@ -40,7 +40,7 @@ def check_skid(case: Case) -> Iterator[Row]:
         promised=case.has("stance_motion"),
     )
     force = in_yaw_frame(motion.at.force, motion.at.heading)
-    left, normal = force[..., 1], force[..., 2]
+    along, left, normal = np.moveaxis(force, -1, 0)
     promised = case.has("skid", "stance_motion")
     slips = motion.in_stance & may_slip & (np.abs(slip) > tol.SLIP)
     yield from measured(
@@ -55,13 +55,15 @@ def check_skid(case: Case) -> Iterator[Row]:
     )
     mu = case.bound("friction_share") * case.scenario.ground.friction
     mu /= np.sqrt(2.0) if case.scenario.bounds.inscribed else 1.0
-    creep = np.where(may_slip, CREEPS * case.slip_max, 1.0)
-    law = -SLIDING * mu * normal * slip / np.hypot(slip, creep)
+    cone = np.maximum(SLIDING * mu * normal, tol.FORCE)
+    # what is across gets less as the slip gets less than ε, what is along the heading does not
+    share = slip / np.hypot(slip, np.where(may_slip, CREEPS * case.slip_max, 1.0))
+    law = np.sqrt((cone * share) ** 2 + along**2 * (1.0 - share**2))
     yield from measured(
         "skid_friction",
-        "lateral force of slipping wheels against that of sliding friction, in parts of μ fz",
+        "friction of slipping wheels against that of sliding ones, in parts of the latter",
         "",
-        np.abs(left - law) / np.maximum(mu * normal, tol.FORCE),
+        np.abs(np.hypot(along, left) - law) / cone,
         tol.SKID_FRICTION,
         motion.time,
         where=slips,
