@@ -24,16 +24,16 @@ ROUND = 0.005
 """How smoothly the room that the force along the heading leaves ends, in parts of the squared cone."""
 
 TINY = 1e-8
-"""Of the squared weight: keeps the root's derivative finite where there is no normal force."""
+"""Of the squared weight: keeps derivatives of roots finite where there is no room, or no normal force."""
 
 
 class Skid(FootConstraint):
     """f_lat = −√((0.9 μ f_z)² − f_long²) s / √(s² + ε²): Coulomb's law, made smooth, mid-interval.
 
-    s is the slip to the left, f_lat the force to the left. A wheel that slides sideways has all of its friction
-    against its slip; as its drive decides how far it also spins, any part of that may be along the heading, and
-    the rest is across. An equality, as an inequality f_lat s ≤ 0 would let wheels slide for nothing. In the
-    last interval wheels stand, and stick: any force inside the cone.
+    s is the slip to the left, f_lat the force to the left. A wheel that slides sideways has all of its
+    friction against its slip; as its drive decides how far it also spins, any part of that may be along the
+    heading, and the rest is across. An equality, as an inequality f_lat s ≤ 0 would let wheels slide for
+    nothing. In the last interval wheels stand, and stick: any force inside the cone.
     """
 
     name = "skid"
@@ -55,7 +55,11 @@ class Skid(FootConstraint):
     def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
         # a foot without slip has no rows, but its numbers are read
         soft = SOFT * (problem.scenario.slip_max(leg) or 1.0)
-        return {"mu": KINETIC * pyramid(problem, leg)[None, :], "soft": [soft], "weight": [problem.robot.weight]}
+        return {
+            "mu": KINETIC * pyramid(problem, leg)[None, :],
+            "soft": [soft],
+            "weight": [problem.robot.weight],
+        }
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
         return 0.0, np.array([[0.0], [np.inf], [np.inf]])
@@ -71,7 +75,8 @@ class Skid(FootConstraint):
         along, left = along + turn * left, left - turn * along
         s, cone = foot.lateral_speed, d.mu * normal
         room = cone**2 - along**2
-        across = ca.sqrt(0.5 * (room + ca.sqrt(room**2 + (ROUND * cone**2) ** 2) + TINY * d.weight**2))
-        law = left + across * s / ca.sqrt(s**2 + d.soft**2)
+        tiny = TINY * d.weight**2
+        positive = 0.5 * (room + ca.sqrt(room**2 + (ROUND * cone**2) ** 2 + tiny**2) + tiny)
+        law = left + ca.sqrt(positive) * s / ca.sqrt(s**2 + d.soft**2)
         rows: ca.SX = ca.vertcat(law, cone - along, cone + along)
         return rows

@@ -376,7 +376,7 @@ class Scenario(Shown, Config):
         return _smallest(self.value_of("bounds", "speed_max"), self.body.leg_list[leg].speed_max)
 
     def slip_max(self, leg: int) -> float:
-        """How fast a wheel may slip sideways, m/s: 0 but for fixed wheels with a `slip_max` on flat ground."""
+        """How fast a foot may slip sideways, m/s: 0 but for fixed wheels with `slip_max` on flat ground."""
         own = self.body.leg_list[leg]
         return own.slip_max or 0.0 if own.foot == "fixed" and self.ground.kind == "flat" else 0.0
 

@@ -5,9 +5,10 @@ a wheel i at p_i shall move by δ_i = v + ω × (p_i − p_base) on top of its p
 it rolls faster, across it steers, by δ⊥ v / (v² + ε²), as it must roll to get aside. After the last step, as
 far as the wheels stand still, the legs shift the base over the feet sideways.
 
-Of wheels that do not steer the twist asks only for what is along the heading that all of them share; point
-feet roll nowhere. The rest is for the legs: those that stand shift and turn the base over their feet, those
-in the air go to where their feet were planned in the world, so that steps take back what the base is off.
+Of wheels that do not steer the twist asks only for what is along the heading that all of them share, and for
+turns where they may slip sideways; point feet roll nowhere. The rest is for the legs: those that stand shift
+and turn the base over their feet, those in the air go to where their feet were planned in the world, so that
+steps take back what the base is off.
 """
 
 from __future__ import annotations
@@ -129,7 +130,9 @@ class BaseFeedback:
                 self._shift_base(k, standing * (away @ left) * left, 0.0, stance)
         else:
             along = self._shared_heading(heading, stance)
-            rolling = self._roll(k, (away @ along) * along, self._turn_share * turned, stance & self._has_wheel)
+            rolling = self._roll(
+                k, (away @ along) * along, self._turn_share * turned, stance & self._has_wheel
+            )
             steering_rate = self._steer(k, np.zeros(2), turned, speed)
             across = away - (away @ along) * along
             gain = SHIFT_GAIN if time >= self._stands_from else STEPPING_GAIN

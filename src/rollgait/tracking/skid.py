@@ -1,4 +1,4 @@
-"""How much faster than it rolls the rim of a wheel runs that slides sideways: what makes its drive push at all."""
+"""How much faster than it rolls the rim of a wheel runs that slides sideways, so that its drive pushes."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ from rollgait.tracking.clearance import Clearances, Nearest
 from rollgait.tracking.headings import held_headings
 from rollgait.tracking.joints import JointTrajectory
 from rollgait.tracking.kinematics import InverseKinematics, carried
-from rollgait.tracking.skid import spin
 from rollgait.tracking.report import TrackingReport, body_rows, clearance_rows, joint_rows, leg_rows
+from rollgait.tracking.skid import spin
 
 Array = NDArray[np.float64]
 
