@@ -42,9 +42,11 @@ def standing(slip: float, along: float, left: float, normal: float) -> Numbers:
 
 
 def law(n: Numbers) -> np.ndarray:
+    """By how much the middle of the band is missed, and the room along the heading, N."""
     x = as_instant(ROBOT, n)
     data = SimpleNamespace(mu=ca.SX(MU), soft=ca.SX(EPSILON), weight=ca.SX(WEIGHT))
-    return value(Skid().expression(x, x.feet[0], data))
+    too_far_left, too_far_right, *along = value(Skid().expression(x, x.feet[0], data))
+    return np.array([0.5 * (too_far_right - too_far_left), *along])
 
 
 slips = st.floats(-0.2, 0.2)

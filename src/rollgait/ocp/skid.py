@@ -23,6 +23,8 @@ SOFT = 0.1
 ROUND = 0.005
 """How smoothly the room that the force along the heading leaves ends, in parts of the squared cone."""
 
+BAND = 0.02
+"""By how much the law may be missed, in parts of sliding friction: solvers need room inside a constraint."""
 TINY = 1e-8
 """Of the squared weight: keeps derivatives of roots finite where there is no room, or no normal force."""
 
@@ -32,8 +34,9 @@ class Skid(FootConstraint):
 
     s is the slip to the left, f_lat the force to the left. A wheel that slides sideways has all of its
     friction against its slip; as its drive decides how far it also spins, any part of that may be along the
-    heading, and the rest is across. An equality, as an inequality f_lat s ≤ 0 would let wheels slide for
-    nothing. In the last interval wheels stand, and stick: any force inside the cone.
+    heading, and the rest is across. It may be missed by a narrow band, not be passed on one side: f_lat s ≤ 0
+    alone would let wheels slide for nothing. In the last interval wheels stand, and stick: any force inside
+    the cone.
     """
 
     name = "skid"
@@ -62,7 +65,7 @@ class Skid(FootConstraint):
         }
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
-        return 0.0, np.array([[0.0], [np.inf], [np.inf]])
+        return 0.0, np.inf
 
     def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
         stance = super().holds(problem, place, leg).copy()
@@ -78,5 +81,6 @@ class Skid(FootConstraint):
         tiny = TINY * d.weight**2
         positive = 0.5 * (room + ca.sqrt(room**2 + (ROUND * cone**2) ** 2 + tiny**2) + tiny)
         law = left + ca.sqrt(positive) * s / ca.sqrt(s**2 + d.soft**2)
-        rows: ca.SX = ca.vertcat(law, cone - along, cone + along)
+        band = BAND * cone
+        rows: ca.SX = ca.vertcat(band - law, band + law, cone - along, cone + along)
         return rows
