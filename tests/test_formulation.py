@@ -16,6 +16,7 @@ from rollgait.robot.library import find_robot
 from rollgait.scenario.profile import PROFILES
 from rollgait.scenario.scenario import Scenario
 from tests.plan.builders import robot as simple_robot
+from tests.skidding import robot as skidding
 
 TEXT = (Path(__file__).parents[1] / "docs" / "formulation.md").read_text(encoding="utf-8")
 ROWS = [
@@ -45,7 +46,7 @@ def test_symbols_exist() -> None:
 
 
 def test_every_term_has_its_row() -> None:
-    robots = [simple_robot("steerable"), simple_robot("point"), find_robot("centauro-2020")]
+    robots = [simple_robot("steerable"), simple_robot("point"), skidding(), find_robot("centauro-2020")]
     problems = [
         make_problem(Scenario(robot=robot, goal={"x": 0.0}, profile=profile))
         for robot in robots

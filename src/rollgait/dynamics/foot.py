@@ -3,7 +3,7 @@
 Every foot has two planar inputs, called its motion:
 
     steerable   (v, σ̇)     ṗ = v (cos σ, sin σ), in stance and in swing: rolling without lateral slip
-    fixed       (v, v⊥)    ṗ = Rz(σ) (v, v⊥), σ = θz + constant; v⊥ only in swing
+    fixed       (v, v⊥)    ṗ = Rz(σ) (v, v⊥), σ = θz + constant; v⊥ in swing, or where it may slip
     point       (ẋ, ẏ)     ṗ = (ẋ, ẏ), only in swing
 
 This is their only home: problem, step, trajectories and plants take them from here. The certificate does not.

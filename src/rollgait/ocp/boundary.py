@@ -73,7 +73,7 @@ class StanceAtEnd(FootConstraint):
     can get there.
 
     A foot that never swings cannot choose its place: a point foot stays where it is, a fixed wheel goes only
-    along its heading. Further rows for them would only be redundant or contradict the goal.
+    along its heading, unless it may slip. Further rows for them would be redundant or contradict the goal.
     """
 
     name = "stance_at_end"
@@ -87,7 +87,8 @@ class StanceAtEnd(FootConstraint):
         return self._swings(problem, leg) or problem.robot.leg_list[leg].foot != "point"
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
-        goes_sideways = self._swings(problem, leg) or problem.robot.leg_list[leg].foot == "steerable"
+        steers, slips = problem.robot.leg_list[leg].foot == "steerable", problem.scenario.slip_max(leg) > 0.0
+        goes_sideways = self._swings(problem, leg) or steers or slips
         slack = np.array([[0.0], [0.0 if goes_sideways else np.inf]])
         return -slack, slack
 

@@ -43,7 +43,10 @@ class StanceHeight(FootConstraint):
 
 
 class StanceMotion(FootConstraint):
-    """A point foot stands still in stance, a fixed wheel does not slip sideways. (A steerable one cannot.)"""
+    """A point foot stands still in stance, a fixed wheel does not slip sideways. (A steerable one cannot.)
+
+    A fixed wheel with a `slip_max` slips no faster than that, and not at all in the last interval.
+    """
 
     name = "stance_motion"
     role = Role.PHYSICS
@@ -54,6 +57,11 @@ class StanceMotion(FootConstraint):
 
     def applies(self, problem: PlanContext, leg: int) -> bool:
         return problem.robot.leg_list[leg].foot != "steerable"
+
+    def limits(self, problem: PlanContext, leg: int) -> Limits:
+        slip = np.full((1, problem.schedule.intervals), problem.scenario.slip_max(leg))
+        slip[:, -1] = 0.0
+        return -slip, slip
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         return foot.motion if foot.kind == "point" else foot.lateral_speed

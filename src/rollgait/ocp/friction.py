@@ -18,6 +18,12 @@ LARGEST_TURN = 1.0
 """rad: beyond this turn in one interval the interval is too long to say anything about what lies between."""
 
 
+def pyramid(problem: PlanContext, leg: int) -> Array:
+    """μ of the pyramid in each interval, (N,): along the heading and across it."""
+    mu = np.broadcast_to(problem.friction_at(leg), problem.schedule.intervals)
+    return np.asarray(mu / np.sqrt(2.0) if problem.bound("inscribed") else mu)
+
+
 class Friction(FootConstraint):
     """|f^x| ≤ μ f^z and |f^y| ≤ μ f^z in the contact frame; μ/√2 for the pyramid inside the cone (inscribed).
 
@@ -34,9 +40,7 @@ class Friction(FootConstraint):
     by_weight = True
 
     def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
-        mu = np.broadcast_to(problem.friction_at(leg), problem.schedule.intervals)
-        if problem.bound("inscribed"):
-            mu = mu / np.sqrt(2.0)
+        mu = pyramid(problem, leg)
         turn = np.zeros(problem.schedule.intervals)
         if problem.robot.leg_list[leg].foot != "point":
             turn = problem.steering_rate_max(leg) * self.lengths(problem)

@@ -94,7 +94,7 @@ class Foot:
         heading_rate: σ̇, rad/s.
         speed: v along the heading in the plane, m/s (0 for a point foot).
         surface_speed: the same along the ground, m/s.
-        lateral_speed: across the heading, m/s (free only for a fixed wheel in swing).
+        lateral_speed: across the heading, m/s (only of a fixed wheel, in swing or where it may slip).
         motion: the two planar inputs (see `dynamics.foot`).
         lift_rate: u2, ṗz at the two height points of the interval, 2, m/s.
         force: f, on the robot, world, 3, N.

@@ -159,7 +159,7 @@ class Acceleration(FootConstraint):
 
     a is `acceleration_max` for a foot that stays on the ground and `swing_acceleration_max` for one that
     swings or has just landed (its wheel is free to spin up in the air). What moves freely in swing has a
-    second component there, which stops when the foot lands.
+    second component there, which stops when the foot lands; so has a wheel that may slip, while it stays.
     """
 
     name = "acceleration"
@@ -170,7 +170,8 @@ class Acceleration(FootConstraint):
     unit = "m/s"
 
     def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
-        return {"in_swing": ~problem.schedule.contact[leg : leg + 1]}
+        in_swing = ~problem.schedule.contact[leg : leg + 1]
+        return {"sideways": in_swing | (self._stays(problem, leg) & (problem.scenario.slip_max(leg) > 0.0))}
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
         limit = self.largest(problem, leg) * problem.schedule.mesh.between_middles
@@ -178,8 +179,7 @@ class Acceleration(FootConstraint):
 
     def largest(self, problem: PlanContext, leg: int) -> NDArray[np.float64]:
         """a in each interval, (1, N), m/s²."""
-        contact = problem.schedule.contact[leg]
-        stays = contact & np.concatenate([[True], contact[:-1]])
+        stays = self._stays(problem, leg)
         stance, swing = (
             problem.bound(name) or np.inf for name in ("acceleration_max", "swing_acceleration_max")
         )
@@ -194,4 +194,8 @@ class Acceleration(FootConstraint):
         change = foot.motion - foot.previous_motion
         if foot.kind == "steerable":
             return change[0]
-        return change if foot.kind == "point" else ca.vertcat(change[0], d.in_swing * change[1])
+        return change if foot.kind == "point" else ca.vertcat(change[0], d.sideways * change[1])
+
+    def _stays(self, problem: PlanContext, leg: int) -> NDArray[np.bool_]:
+        contact = problem.schedule.contact[leg]
+        return np.asarray(contact & np.concatenate([[True], contact[:-1]]))

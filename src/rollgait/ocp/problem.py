@@ -15,7 +15,7 @@ from rollgait.dynamics.wrench import wrench_numbers
 from rollgait.errors import InputError, UnknownNameError
 from rollgait.footing.beneath import Beneath, BodyPath, Underside, beneath
 from rollgait.footing.footing import Footing
-from rollgait.ocp import body, boundary, contact, costs, friction, limb, limits, support
+from rollgait.ocp import body, boundary, contact, costs, friction, limb, limits, skid, support
 from rollgait.ocp.lift import lift
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
 from rollgait.polynomials import HEIGHT_POINTS, gauss_points
@@ -233,6 +233,7 @@ ALL_CONSTRAINTS: tuple[type[Constraint] | type[FootConstraint], ...] = (
     contact.AboveGround,
     contact.Foothold,
     friction.Friction,
+    skid.Skid,
     friction.ForceLimits,
     limits.Box,
     limits.SteeringRate,

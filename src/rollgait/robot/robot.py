@@ -133,6 +133,8 @@ class Leg(Config):
     """Limit of |σ̇|, rad/s."""
     speed_max: Positive = 1.0
     """Limit of the rolling speed |v|, m/s."""
+    slip_max: Positive | None = None
+    """Of a fixed wheel: how fast it may slip sideways on flat ground, m/s. Default: not at all."""
     force_max: Positive
     """Limit of the normal contact force, N."""
     limb: Limb | None = None
@@ -152,6 +154,8 @@ class Leg(Config):
     def _is_complete(self) -> Leg:
         if self.foot != "point" and self.wheel_radius is None:
             raise ValueError(f"must have a wheel_radius, as its foot is {self.foot}")
+        if self.slip_max is not None and self.foot != "fixed":
+            raise ValueError(f"must not have a slip_max, as its foot is {self.foot}: it is for fixed wheels")
         if self.stance[2] >= 0.0:
             raise ValueError("must have its stance below the CoM: stance z < 0")
         return self
@@ -309,6 +313,8 @@ class Robot(Shown, Config):
         data = self.model_dump()
         for leg in data["legs"].values():
             leg["foot"] = foot
+            if foot != "fixed":
+                leg["slip_max"] = None
         return Robot.model_validate(data)
 
     def with_payload(

@@ -375,6 +375,11 @@ class Scenario(Shown, Config):
         """Limit of |v| of a foot in stance: the smaller of the scenario's and the robot's, m/s."""
         return _smallest(self.value_of("bounds", "speed_max"), self.body.leg_list[leg].speed_max)
 
+    def slip_max(self, leg: int) -> float:
+        """How fast a foot may slip sideways, m/s: 0 but for fixed wheels with `slip_max` on flat ground."""
+        own = self.body.leg_list[leg]
+        return own.slip_max or 0.0 if own.foot == "fixed" and self.ground.kind == "flat" else 0.0
+
     def steering_rate_max(self, leg: int) -> float:
         """Limit of |σ̇| of a foot: the smaller of the scenario's and the robot's, rad/s."""
         return _smallest(

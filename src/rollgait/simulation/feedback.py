@@ -5,9 +5,10 @@ a wheel i at p_i shall move by δ_i = v + ω × (p_i − p_base) on top of its p
 it rolls faster, across it steers, by δ⊥ v / (v² + ε²), as it must roll to get aside. After the last step, as
 far as the wheels stand still, the legs shift the base over the feet sideways.
 
-Of wheels that do not steer the twist asks only for what is along the heading that all of them share; point
-feet roll nowhere. The rest is for the legs: those that stand shift and turn the base over their feet, those
-in the air go to where their feet were planned in the world, so that steps take back what the base is off.
+Of wheels that do not steer the twist asks only for what is along the heading that all of them share, and for
+turns where they may slip sideways; point feet roll nowhere. The rest is for the legs: those that stand shift
+and turn the base over their feet, those in the air go to where their feet were planned in the world, so that
+steps take back what the base is off.
 """
 
 from __future__ import annotations
@@ -74,6 +75,9 @@ FREE_SHARE: Final = 0.5
 AFTER_STEP: Final = 0.1
 """From how long after the last step on all feet count as standing, s."""
 
+SKID_TURN: Final = 4.0
+"""By how much more wheels that may slip sideways are asked to turn the base: half of it they slide."""
+
 PARALLEL: Final = np.radians(1.0)
 """Up to this angle between their headings wheels roll into one direction, rad."""
 
@@ -92,6 +96,8 @@ class BaseFeedback:
         self._steered = np.zeros(4)
         self._shift = np.zeros((4, 2))
         self._has_wheel = np.array([wheel is not None for wheel in world.wheels])
+        slips = all(leg.slip_max is not None for leg in joints.robot.leg_list)
+        self._turn_share = SKID_TURN if slips else 0.0
         self._steers = self._has_wheel & [joint is not None for joint in world.steering]
         steps = joints.time[~joints.reference.contact.all(axis=1)]
         self._stands_from = float(steps[-1]) + AFTER_STEP if len(steps) else 0.0
@@ -124,7 +130,9 @@ class BaseFeedback:
                 self._shift_base(k, standing * (away @ left) * left, 0.0, stance)
         else:
             along = self._shared_heading(heading, stance)
-            rolling = self._roll(k, (away @ along) * along, 0.0, stance & self._has_wheel)
+            rolling = self._roll(
+                k, (away @ along) * along, self._turn_share * turned, stance & self._has_wheel
+            )
             steering_rate = self._steer(k, np.zeros(2), turned, speed)
             across = away - (away @ along) * along
             gain = SHIFT_GAIN if time >= self._stands_from else STEPPING_GAIN

@@ -21,6 +21,7 @@ from rollgait.tracking.headings import held_headings
 from rollgait.tracking.joints import JointTrajectory
 from rollgait.tracking.kinematics import InverseKinematics, carried
 from rollgait.tracking.report import TrackingReport, body_rows, clearance_rows, joint_rows, leg_rows
+from rollgait.tracking.skid import spin
 
 Array = NDArray[np.float64]
 
@@ -99,9 +100,12 @@ def _integrate(kinematics: InverseKinematics, samples: Samples, roll: Array) -> 
 
 
 def _roll_steps(plan: Plan, samples: Samples, kinematics: InverseKinematics) -> Array:
-    """∫ v/R dt over each step, (n − 1, 4), rad; v along the ground, constant in an interval on a plane."""
+    """∫ v/R dt over each step, (n − 1, 4), rad; v along the ground, constant in an interval on a plane.
+
+    Wheels that slide sideways also spin.
+    """
     middle = plan.sample(0.5 * (samples.time[1:] + samples.time[:-1]))
-    speed = middle.speed * way_factor(middle)
+    speed = middle.speed * way_factor(middle) + spin(plan, middle)
     return np.asarray(speed * np.diff(samples.time)[:, None] / kinematics.rolling_radius)
 
 

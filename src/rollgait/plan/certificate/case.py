@@ -66,6 +66,13 @@ class Case:
         return np.array([leg.heading if leg.foot == "fixed" else 0.0 for leg in self.legs])
 
     @cached_property
+    def slip_max(self) -> Array:
+        """How fast a foot that stands may slip sideways, (4,), m/s: 0 but for fixed wheels on flat ground."""
+        flat = self.scenario.ground.kind == "flat"
+        own = [leg.slip_max or 0.0 if leg.foot == "fixed" and flat else 0.0 for leg in self.legs]
+        return np.array(own)
+
+    @cached_property
     def terrain(self) -> Terrain | None:
         """The raw ground; None if it is flat."""
         return None if self.scenario.ground.kind == "flat" else self.scenario.terrain
@@ -122,8 +129,8 @@ class Case:
     def planar_speeds(self) -> tuple[Array, Array]:
         """Speeds of the feet along and across their headings, two arrays (N, K, 4), m/s.
 
-        By the model of each foot: what rolls has no speed across, what stands has none; only of what moves
-        freely the velocity is the one that the plan states.
+        By the model of each foot: what rolls has no speed across unless it may slip, what stands has none;
+        only of what moves freely the velocity is the one that the plan states.
         """
         at, stance = self.motion.at, self.motion.in_stance
         c, s = np.cos(at.heading), np.sin(at.heading)
@@ -131,7 +138,8 @@ class Case:
         rolls = self.feet("steerable") | (self.feet("fixed") & stance)
         stands = self.feet("point") & stance
         along = np.where(rolls, at.speed, np.where(stands, 0.0, c * vx + s * vy))
-        return along, np.where(rolls | stands, 0.0, c * vy - s * vx)
+        held = (rolls & (self.slip_max == 0.0)) | stands
+        return along, np.where(held, 0.0, c * vy - s * vx)
 
     @property
     def knows_joints(self) -> bool:

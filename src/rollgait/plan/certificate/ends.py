@@ -160,15 +160,16 @@ def check_final_stance(case: Case) -> Iterator[Row]:
     height, wanted = case.standing_pose(end, end.euler[:, 0])
     offset = end.foot_position - end.com_position[:, None, :]
     place = in_yaw_frame(offset, end.euler[:, :1]) if case.terrain is None else in_base_frame(offset, wanted)
-    # a foot that never swings cannot choose its place: a point foot stays, a fixed wheel only rolls along
+    # a foot that never swings cannot choose its place: a point foot stays, a fixed wheel only rolls along,
+    # unless it may slip
     swings = ~case.schedule.contact.all(axis=1)
-    rolls_along = case.feet("fixed") & ~swings
+    rolls_along = case.feet("fixed") & ~swings & (case.slip_max == 0.0)
     offset = (place - case.robot.stance)[..., :2]
     along, across = np.cos(case.fixed_headings), np.sin(case.fixed_headings)
     lengthwise = along * offset[..., 0] + across * offset[..., 1]
     yield from measured(
         "end_feet",
-        "feet at the end against the nominal stance, horizontally; fixed wheels that never swing: along",
+        "feet at the end against the nominal stance, horizontally; wheels that cannot go sideways: along",
         "m",
         np.where(rolls_along, np.abs(lengthwise), _norm(offset)),
         tol.END_POSITION,

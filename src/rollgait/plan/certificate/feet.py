@@ -11,6 +11,7 @@ from rollgait.plan.certificate.case import Case
 from rollgait.plan.certificate.contacts import in_contact_frame
 from rollgait.plan.certificate.physics import in_yaw_frame
 from rollgait.plan.certificate.rows import Row, measured
+from rollgait.plan.certificate.skid import slip_along
 from rollgait.plan.certificate.wheels import STEEP, STEP_MAX
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario.schedule import SwingPhase
@@ -32,11 +33,14 @@ def check_stance(case: Case) -> Iterator[Row]:
         )
     speed = np.where(case.feet("point"), 0.0, motion.at.speed)
     rolling = np.stack([speed * np.cos(motion.at.heading), speed * np.sin(motion.at.heading)], axis=-1)
+    unexplained = motion.path_velocity[..., :2] - rolling
+    # what a wheel may slip sideways is for `check_skid` to say
+    along = slip_along(case, unexplained)
     yield from measured(
         "stance_slip",
         "velocity of feet in stance that rolling does not explain, from the path",
         "m/s",
-        np.linalg.norm(motion.path_velocity[..., :2] - rolling, axis=-1),
+        np.where(case.slip_max > 0.0, np.abs(along), np.linalg.norm(unexplained, axis=-1)),
         tol.SLIP,
         motion.time,
         where=motion.in_stance,

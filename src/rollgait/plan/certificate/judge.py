@@ -25,12 +25,14 @@ from rollgait.plan.certificate.limits import (
 from rollgait.plan.certificate.loads import check_loads
 from rollgait.plan.certificate.motion import DenseMotion
 from rollgait.plan.certificate.rows import Certificate, Row, measured
+from rollgait.plan.certificate.skid import check_skid
 from rollgait.plan.certificate.support import check_support
 
 CHECKS: tuple[Callable[[Case], Iterator[Row]], ...] = (
     check_loads,
     check_defects,
     check_stance,
+    check_skid,
     check_swing,
     check_ground,
     check_body,

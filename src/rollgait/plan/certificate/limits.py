@@ -121,12 +121,12 @@ def check_accelerations(case: Case) -> Iterator[Row]:
     """
     along, across = (speed[:, case.motion.tau.size // 2] for speed in case.planar_speeds)
     jump_along, jump_across = (np.abs(np.diff(speed, axis=0, prepend=0.0)) for speed in (along, across))
-    jump_across = np.where(case.motion.stance, 0.0, jump_across)
+    before = np.concatenate([case.motion.stance[:1], case.motion.stance[:-1]])
+    in_stance = case.motion.stance & before
+    jump_across = np.where(case.motion.stance & ~(in_stance & (case.slip_max > 0.0)), 0.0, jump_across)
     h = case.motion.lengths
     mean_length = np.append(h[:1], 0.5 * (h[1:] + h[:-1]))
     change = np.maximum(jump_along, jump_across) / mean_length[:, None]
-    before = np.concatenate([case.motion.stance[:1], case.motion.stance[:-1]])
-    in_stance = case.motion.stance & before
     time = case.schedule.node_times[:-1]
     moves = case.feet("steerable", "fixed") | ~case.motion.stance
     for name, description, bound, where in (

@@ -13,6 +13,8 @@ DEFECT_ANGULAR_VELOCITY = 1e-2
 # -- feet
 SLIP = 1e-3
 """m/s; far below what a rolling rubber wheel creeps."""
+SKID_FRICTION = 0.05
+"""Of sliding friction, which nobody knows so well; in an interval the wheel turns, its force does not."""
 HEIGHT = 5e-4
 """m; less than a tyre yields under the load."""
 KINK = 5e-3
