@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from collections.abc import Sequence
+from typing import Final, Protocol, Self
 
 import numpy as np
 
 from rollgait.discover.detours import SPACING
 from rollgait.discover.refusals import place, up
 from rollgait.footing.footing import Array
-
-if TYPE_CHECKING:
-    from rollgait.discover.ways import Way, Ways
+from rollgait.footing.route import BaseWay
+from rollgait.terrain.regions import Regions
 
 NARROWEST: Final = 0.1
 """Of the part of its width that a robot is thought to keep at least."""
@@ -19,6 +19,36 @@ GRAIN: Final = 0.01
 """To which the width is found, m."""
 ASIDE: Final = 3.0
 """So far to both sides of the base an opening may reach, m."""
+
+
+class Passed(Protocol):
+    """A way that was found."""
+
+    @property
+    def base(self) -> BaseWay:
+        """Where the base goes."""
+
+
+class Ways(Protocol):
+    """What is asked of the ways of a robot (`discover.ways.Ways`)."""
+
+    @property
+    def stance(self) -> Array:
+        """Nominal places of the feet, (4, 3), m."""
+
+    @property
+    def regions(self) -> Sequence[Regions]:
+        """Where each foot may be."""
+
+    @property
+    def rise(self) -> float:
+        """Highest step, m."""
+
+    def narrower(self, by: float) -> Self:
+        """The ways of a robot whose feet stand nearer to its middle by so much (m)."""
+
+    def any_way(self, steps: bool) -> Passed | None:
+        """Some way to the goal."""
 
 
 def opening_refusal(ways: Ways) -> str | None:
@@ -42,7 +72,7 @@ def opening_refusal(ways: Ways) -> str | None:
     return f"the opening at {place(at)} m is {width:.2f} m wide, {more:.2f} m less than the robot needs"
 
 
-def _narrowest(ways: Ways, way: Way) -> tuple[Array, float]:
+def _narrowest(ways: Ways, way: Passed) -> tuple[Array, float]:
     """Middle and width of the narrowest place on a way, (2,) and m."""
     pose = way.base.pose
     aside = np.arange(0.0, ASIDE, GRAIN)
