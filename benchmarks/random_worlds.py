@@ -1,11 +1,12 @@
 """How often is a gait found on random ground, how fast, and why not? Prints Markdown.
 
-    python benchmarks/random_worlds.py [--count 200] [--first 0] [--quick]
+    python benchmarks/random_worlds.py [--count 200] [--first 0] [--execute 20] [--quick]
 
 A world has one to three features on the way: steps and blocks of 0.05 to 0.20 m, gaps of 0.15 to 0.40 m,
 ramps of up to 15°; edges oblique by up to 25°, blocks and holes also under one side alone; the goal turns by
 up to 60°. World n is made from seed n alone. A refusal names its cause; it is true if the world without this
-cause, as far as the refusal says, has a certified plan. Seconds are wall time, kernels compiled.
+cause, as far as the refusal says, has a certified plan. Seconds are wall time, kernels compiled. The first
+plans are executed in MuJoCo, with feedback.
 """
 
 from __future__ import annotations
@@ -138,6 +139,8 @@ class Result:
     true: bool | None = None
     """Of a refusal: whether its cause, removed by the stated amount, gives a certified plan; None if it names
     none, or is none."""
+    executed: str = ""
+    """Where the robot ends in MuJoCo, off the plan; that it falls."""
 
     def row(self) -> tuple[str, ...]:
         """Its cells."""
@@ -152,6 +155,7 @@ class Result:
             f"{self.cpu:.2f}",
             self.words,
             {True: "yes", False: "no", None: ""}[self.true],
+            self.executed,
         )
 
 
@@ -218,11 +222,21 @@ COLUMNS = (
     "CPU s",
     "found, or why not",
     "true",
+    "in MuJoCo",
 )
 
 
-def results(seeds: range) -> Iterator[Result]:
-    """One after the other; what has come so far is said."""
+def executed(plan: rg.Plan) -> str:
+    """How the whole robot carries it out, with feedback."""
+    report = rg.simulate(rg.track(plan), feedback=True).report()
+    if report.fallen:
+        return f"falls at {report.fallen_at:.1f} s"
+    touched = f", {len(report.unplanned)} unplanned contacts" if report.unplanned else ""
+    return f"{1e3 * report.final_distance:.1f} mm, {np.degrees(report.final_angle):.2f}°{touched}"
+
+
+def results(seeds: range, execute: int = 0) -> Iterator[Result]:
+    """One after the other; the first plans are executed; what has come so far is said."""
     planner = rg.Planner()
     planner.plan(world(seeds[0]).scenario.with_values({"gait": "discover"}))  # compiles what must be compiled
     for seed in seeds:
@@ -245,17 +259,19 @@ def results(seeds: range) -> Iterator[Result]:
             true = is_true(planner, asked.scenario, words)
         steps = found[-1].steps if found else 0
         horizon = plan.horizon if plan else 0.0
+        tried = next((k for k, one in enumerate(found, 1) if one.outcome.startswith("certified")), len(found))
+        moved = executed(plan) if plan is not None and seed < seeds[0] + execute else ""
         result = Result(
-            seed, asked.features, plan is not None, steps, len(found), horizon, seconds, cpu, words, true
+            seed, asked.features, plan is not None, steps, tried, horizon, seconds, cpu, words, true, moved
         )
         print(" | ".join(result.row()), file=sys.stderr, flush=True)
         yield result
 
 
-def section(seeds: range) -> str:
-    """Figures and table."""
+def section(seeds: range, execute: int = 0) -> str:
+    """Figures and table; the first plans are executed."""
     before = load()
-    done = list(results(seeds))
+    done = list(results(seeds, execute))
     good = [r for r in done if r.certified]
     first = sum(r.tried == 1 for r in good)
     named, true = sum(r.true is not None for r in done), sum(r.true is True for r in done)
@@ -277,10 +293,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=200, help="how many worlds")
     parser.add_argument("--first", type=int, default=0, help="seed of the first one")
+    parser.add_argument("--execute", type=int, default=0, help="so many of the first in MuJoCo")
     parser.add_argument("--quick", action="store_true", help="one world, to see that it works")
     options = parser.parse_args()
     count = 1 if options.quick else options.count
-    text = section(range(options.first, options.first + count))
+    text = section(range(options.first, options.first + count), options.execute)
     print(text)
     if not options.quick and options.first == 0:
         keep("random-worlds", text)
