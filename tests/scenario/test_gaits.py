@@ -101,3 +101,16 @@ def test_point_feet_that_take_no_step_get_nowhere_and_it_says_so() -> None:
     scenario = rg.Scenario(robot="strider", goal=rg.Goal(x=1.0), horizon=4.0, gait=rg.Drive())
     with pytest.raises(InputError, match="a foot that does not roll takes no step in the gait 'drive'"):
         scenario.check()
+
+
+@given(side=st.sampled_from([-1.0, 1.0]), x=st.floats(0.26, 0.5))
+def test_a_foot_that_stands_still_must_be_in_its_box_at_the_goal(side: float, x: float) -> None:
+    def asked(**goal: float) -> rg.Scenario:
+        gait = {"kind": "drive", "wheels": "locked"}
+        return rg.Scenario.from_dict({"robot": "centauro", "goal": goal, "horizon": 4.0, "gait": gait})
+
+    with pytest.raises(InputError, match=r"must leave \w\w in its box.*takes no step before"):
+        asked(x=side * x)
+    with pytest.raises(InputError, match=r"it would be 0\.\d\d m outside"):
+        asked(x=0.0, yaw_deg=side * 90.0)
+    assert asked(x=side * 0.3 * x, yaw_deg=side * 5.0).gait.kind == "drive"

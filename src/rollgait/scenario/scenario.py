@@ -37,6 +37,8 @@ from rollgait.terrain.ground import Ground
 from rollgait.terrain.height_map import HeightMap
 from rollgait.terrain.terrain import Terrain
 
+STANDING_ROOM: Final = 0.05
+"""A foot that stands still may be so far outside its box at a goal, m: goals are missed by a little."""
 LONGEST: Final = 120.0
 """s: the horizon of a gait that is to be found, where none is given; a longer motion is several."""
 
@@ -466,7 +468,30 @@ class Scenario(Shown, Config):
                     why = f"as a foot that does not roll takes no step in the gait {self.gait.kind!r}"
                 rule = f"must be within {reach:.3g} m, {why}; it is {distance:.3g} m away"
                 raise InputError(name, [goal.x, goal.y], rule)
+            self._check_standing_feet(name, goal, end)
             x, y, yaw = goal.x, goal.y, goal.yaw_deg
+
+    def _check_standing_feet(self, name: str, goal: Goal | LaterGoal, end: float) -> None:
+        """A foot that neither rolls nor has stepped is where it was; a goal must leave it in its box."""
+        if self.gait.kind == "discover" or "box" in self.bounds.without:
+            return
+        contact, begins = self.schedule.contact, self.schedule.node_times[:-1]
+        at_start = _feet(self.start, self.body.stance)
+        yaw = math.radians(goal.yaw_deg)
+        c, s = math.cos(yaw), math.sin(yaw)
+        offset = (at_start - _feet(goal, self.body.stance)) @ np.array([[c, -s], [s, c]])
+        boxes = self.body.foot_boxes(self.bounds.box)[..., :2]
+        for leg, data in enumerate(self.body.leg_list):
+            if data.foot != "point" or not contact[leg, begins < end].all():
+                continue
+            low, high = boxes[leg]
+            outside = float(np.maximum(low - offset[leg], offset[leg] - high).max())
+            if outside > STANDING_ROOM:
+                rule = (
+                    f"must leave {LEG_NAMES[leg]} in its box, as it does not roll and takes no step before "
+                    f"in the gait {self.gait.kind!r}; it would be {outside:.2f} m outside"
+                )
+                raise InputError(name, [goal.x, goal.y, goal.yaw_deg], rule)
 
     def _stands_throughout(self) -> bool:
         """Whether some point foot never leaves the ground, though the gait is given."""
@@ -489,6 +514,13 @@ class Scenario(Shown, Config):
             with np.errstate(over="ignore"):  # a limit may be as good as none
                 distances.append(float(durations @ speeds))
         return min(distances)
+
+
+def _feet(pose: Start | Goal | LaterGoal, stance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Nominal places of the feet in the plane at a pose, (4, 2), m."""
+    yaw = math.radians(pose.yaw_deg)
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.asarray(np.array([pose.x, pose.y]) + stance[:, :2] @ np.array([[c, s], [-s, c]]))
 
 
 def _discovers(gait: Any) -> bool:
