@@ -39,6 +39,7 @@ class Footwork:
     def __init__(self, robot: Robot) -> None:
         legs = robot.leg_list
         self._kinds = [leg.foot for leg in legs]
+        self._all_steer = set(self._kinds) == {"steerable"}
         stance = robot.stance[:, :2]
         heading = np.array([leg.heading for leg in legs])
         along = np.stack([np.cos(heading), np.sin(heading)], axis=1)
@@ -84,6 +85,8 @@ class Footwork:
 
     def within(self, gait: CyclicGait, twist: Sequence[float]) -> Twist:
         """A velocity cut to what the feet can follow: what takes steps is less, what rolls stays."""
+        if self._all_steer and gait.wheels != "locked":  # asked for each interval of each step
+            return twist[0], twist[1], twist[2]
         pinned = self.pinned(gait.wheels == "locked")[..., None] * self._velocity
         takes_steps = np.abs(pinned).max(axis=(0, 1)) > FELT
         wanted = np.array(twist, dtype=float)
