@@ -28,6 +28,7 @@ from rollgait.scenario.profile import (
     CLEARANCE_OVER,
     FORCE_OF_WEIGHT,
     PROFILES,
+    WEIGHT_LIGHT,
     ProfileName,
 )
 from rollgait.scenario.schedule import ContactSchedule, put_on_mesh
@@ -291,7 +292,8 @@ class Scenario(Shown, Config):
     def value_of(self, group: str, name: str) -> Any:
         """A weight or bound: the scenario's own value, else the profile's default, else None.
 
-        The default of `force_min` is less for a light robot than for CENTAURO.
+        The default of `force_min` is less for a light robot than for CENTAURO, and that of the cost of
+        changing forces more (executable): both are about forces as parts of the weight.
         """
         own = getattr(getattr(self, group), name)
         if own is not None:
@@ -299,6 +301,8 @@ class Scenario(Shown, Config):
         default = PROFILES[self.profile][group].get(name)
         if name == "force_min" and default is not None:
             return min(default, FORCE_OF_WEIGHT * self.body.weight)
+        if (group, name, self.profile) == ("weights", "force", "executable") and default is not None:
+            return default * max(1.0, WEIGHT_LIGHT / self.body.weight) ** 2
         return default
 
     def resolved(self) -> Scenario:
@@ -371,6 +375,7 @@ class Scenario(Shown, Config):
         self._check_steering()
         self._check_goal_distance()
         if self.ground.kind != "flat":
+            self._check_body_clearance()
             self._check_standing()
 
     def speed_max(self, leg: int) -> float:
@@ -433,6 +438,16 @@ class Scenario(Shown, Config):
             put = self.wrenches[k]
             if put.end is not None and put.end <= put.start:
                 raise InputError(f"loads.wrench.{k}.end", wrench.end, "must be an interval of the mesh later")
+
+    def _check_body_clearance(self) -> None:
+        """The trunk has that much room below it where the robot stands on even ground."""
+        asked, belly = self.bounds.body_clearance, self.body.underside.belly
+        if asked is None or not belly:
+            return
+        room = self.body.height + min(box.z for box in belly)
+        if asked >= room:
+            rule = f"must be less than {room:.3g} m: so high is the trunk in the nominal stance"
+            raise InputError("bounds.body_clearance", asked, rule)
 
     def _check_standing(self) -> None:
         """The feet can stand at the start and, which may be missed by a little, at the last goal."""
