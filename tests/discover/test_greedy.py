@@ -64,6 +64,14 @@ def swings(scenario: Scenario) -> list[tuple[str, float, float]]:
     return sorted(((name, *s) for name, legs in found.items() for s in legs), key=lambda s: s[1])
 
 
+def test_legs_that_do_not_give_way_sideways_are_named_at_once() -> None:
+    narrow = FIXED.model_copy(update={"box": (0.2, 0.002, 0.12)})
+    with pytest.raises(NotSolvedError, match=r"do not steer .* sideways by 2 mm only"):
+        list(stepping(to(narrow, 0.5, 0.2, 30.0, gait="discover")))
+    (ahead,) = {candidate.values["gait"]["kind"] for candidate in stepping(to(narrow, 0.5, gait="discover"))}
+    assert ahead == "drive"
+
+
 @given(X)
 def test_wheels_that_roll_straight_ahead_never_step(x: float) -> None:
     assert greedy_gait(to(FIXED, x)).gait.kind == "drive"

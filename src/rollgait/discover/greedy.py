@@ -40,6 +40,9 @@ SOON: Final = 0.3
 MOST: Final = 400
 """Steps, beyond which a way is given up."""
 
+NARROW: Final = 0.05
+"""Half-width of a box, as a share of its length, below which legs do not give way sideways."""
+
 PAIR_PACES: Final = (1.0, 0.7)
 """How long steps of diagonal pairs take, in usual ones: two feet do not hold a robot for longer."""
 
@@ -112,12 +115,25 @@ def stepping(scenario: Scenario) -> Iterator[Candidate]:
                 found.append(Candidate(name, horizon + DOUBT * number, values))
         yield from sorted(found, key=lambda candidate: candidate.score)
     if np.isinf(shortest):
-        raise NotSolvedError(f"no way found: each that is known takes more than {MOST} steps")
+        raise NotSolvedError(f"no way found: each that is known takes more than {MOST} steps{_why(scenario)}")
     if shortest > scenario.horizon + 1e-9:
         raise NotSolvedError(
             f"no motion found: the quickest one that is known takes {shortest:g} s, "
             f"the horizon is {scenario.horizon:g} s"
         )
+
+
+def _why(scenario: Scenario) -> str:
+    """What of a robot makes so many steps necessary, if that is known."""
+    low, high = scenario.body.foot_boxes(scenario.bounds.box).swapaxes(0, 1)
+    room = float(np.minimum(-low[:, 1], high[:, 1]).max())
+    fixed = all(leg.foot == "fixed" for leg in scenario.body.leg_list)
+    if not fixed or room > NARROW * float(np.max(high[:, 0] - low[:, 0])):
+        return ""
+    return (
+        f"; its wheels do not steer and its legs give way sideways by {1e3 * room:.2g} mm only: it goes "
+        "straight ahead, and turns by wheels that skid (legs.*.slip_max, gait drive)"
+    )
 
 
 def greedy_gait(scenario: Scenario, way: Carried | None = None, pace: StepPace | None = None) -> Scenario:
@@ -256,6 +272,8 @@ def walked(way: Carried, pace: StepPace, in_pairs: bool = False) -> Walk:
         TooManyStepsError: these are more than `MOST`.
         StuckError: a foot gets no farther.
     """
+    if way.effort > 2 * MOST:  # a step crosses both halves of a box at most
+        raise TooManyStepsError
     walk = Walk(way, pace, in_pairs)
     walk.go_on(pace.shift, rate=0.0)
     h = pace.interval
