@@ -95,6 +95,7 @@ def stepping(scenario: Scenario) -> Iterator[Candidate]:
     paces = [(slower, False) for slower in (1.0, *OTHER_PACES)]
     paces += [(slower, True) for slower in PAIR_PACES]
     speed = float(scenario.value_of("bounds", "swing_speed_max"))
+    acceleration = float(scenario.value_of("bounds", "swing_acceleration_max") or np.inf)
     for number, (slower, in_pairs) in enumerate(paces):
         pace = StepPace.of(scenario, slower)
         found = []
@@ -104,7 +105,9 @@ def stepping(scenario: Scenario) -> Iterator[Candidate]:
                 walk = walked(way, pace, in_pairs)
             except TooManyStepsError:
                 continue
-            if in_pairs and not (walk.has_pairs and walk.swing_speed <= speed):
+            if in_pairs and not (
+                walk.has_pairs and walk.swing_speed <= speed and walk.swing_acceleration <= acceleration
+            ):
                 continue
             values = walk_values(scenario, walk)
             horizon = float(str(values["horizon"]))
@@ -212,6 +215,11 @@ class Walk:
     def swing_speed(self) -> float:
         """The highest speed of a foot in the air, m/s."""
         return PEAK * self.longest / (self.pace.swing * self.pace.interval)
+
+    @property
+    def swing_acceleration(self) -> float:
+        """What the longest step takes at least from rest to rest, m/s²."""
+        return 4.0 * self.longest / (self.pace.swing * self.pace.interval) ** 2
 
     def waits(self, legs: Sequence[int]) -> list[int]:
         """How many steps come before that of each of some feet, which step in this order."""
