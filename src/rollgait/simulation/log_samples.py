@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rollgait.plan.samples import Array, Samples, level_contact
+from rollgait.robot.link_poses import Poses, link_poses
 from rollgait.robot.urdf_feet import FootShape, measure_foot
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.robot.whole_body import find_whole_body
 from rollgait.simulation.log import SimulationLog
-from rollgait.view.kinematics import Poses, link_poses
 
 CONTACT_FORCE = 1.0
 """A foot that presses with more than this (N) touches the ground."""
