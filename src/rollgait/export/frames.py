@@ -4,10 +4,10 @@
            │         └→ base_footprint
            └→ <leg>_contact
 
-By REP-105 localisation says how `odom` lies in `map`; who only plans has no drift, so they are the same. A URDF
-whose root has another name than `base_link` hangs below it without a turn, unless it has a link of that name;
-then `odom` leads to its root. `base_footprint` is that of REP-120: amid the feet, at the height of the lowest
-one, with the yaw of the base.
+By REP-105 localisation says how `odom` lies in `map`; who only plans has no drift, so they are the same. A
+URDF whose root has another name than `base_link` hangs below it without a turn, unless it has a link of that
+name; then `odom` leads to its root. `base_footprint` is that of REP-120: amid the feet, at the height of the
+lowest one, with the yaw of the base.
 """
 
 from __future__ import annotations
