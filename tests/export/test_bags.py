@@ -28,7 +28,7 @@ from tests.view.builders import motion_plan, plan_on
 
 pytest.importorskip("rosbags", reason="the extra 'mcap' is not installed")
 
-RATE = 10.0
+RATE = 5.0
 TOLERANCE = 1e-3
 """How far a link may be from where it was put, m."""
 FIXTURES = Path(__file__).parents[1] / "fixtures"

@@ -18,7 +18,7 @@ from rollgait.errors import InputError
 from rollgait.mpc.log import MpcLog
 from rollgait.mpc.log_samples import ground_height, samples_of_mpc
 from rollgait.plan.plan import MAX_SAMPLES, Plan
-from rollgait.plan.samples import Array, Samples
+from rollgait.plan.samples import Array, Samples, rate_of
 from rollgait.robot.robot import Robot
 from rollgait.ros.topics import LEGS
 from rollgait.simulation.log import SimulationLog
@@ -88,11 +88,6 @@ def sampled(motion: Motion, rate: float) -> Sampled:
     s = samples_of_mpc(motion, index, motion.time[index])
     of_body = _of_body(s, motion.robot, terrain_of(motion))
     return _with_legs(of_body, motion, index) if motion.joint_names else of_body
-
-
-def rate_of(values: Array, time: Array) -> Array:
-    """Difference quotients of values (n, …) over time (n,); 0 of a single one."""
-    return np.asarray(np.gradient(values, time, axis=0) if len(time) > 1 else np.zeros_like(values))
 
 
 def _of_body(s: Samples, robot: Robot, terrain: Terrain) -> Sampled:

@@ -14,8 +14,8 @@ from typing import Final
 
 import numpy as np
 
-from rollgait.export.motion import Sampled, rate_of
-from rollgait.plan.samples import Array
+from rollgait.export.motion import Sampled
+from rollgait.plan.samples import Array, rate_of
 from rollgait.robot.robot import Robot
 from rollgait.robot.urdf_files import Urdf
 from rollgait.ros.markers import (

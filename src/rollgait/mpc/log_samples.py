@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.mpc.log import MpcLog
-from rollgait.plan.samples import Array, Samples, level_contact
+from rollgait.plan.samples import Array, Samples, level_contact, rate_of
 
 
 def samples_of_mpc(log: MpcLog, row: NDArray[np.intp], times: Array) -> Samples:
@@ -22,9 +22,9 @@ def samples_of_mpc(log: MpcLog, row: NDArray[np.intp], times: Array) -> Samples:
         com_velocity=log.com_velocity[row],
         euler_rate=log.euler_rate[row],
         foot_position=foot,
-        foot_velocity=_rate(foot, times),
+        foot_velocity=rate_of(foot, times),
         heading=heading,
-        heading_rate=_rate(heading, times),
+        heading_rate=rate_of(heading, times),
         speed=log.speed[row],
         force=log.force[row],
         contact=log.contact[row],
@@ -35,7 +35,3 @@ def samples_of_mpc(log: MpcLog, row: NDArray[np.intp], times: Array) -> Samples:
 def ground_height(log: MpcLog) -> float:
     """Of the plane under the feet, m: a log does not say its ground."""
     return float(np.median(log.foot_position[..., 2].min(axis=1)))
-
-
-def _rate(values: Array, times: Array) -> Array:
-    return np.asarray(np.gradient(values, times, axis=0))
