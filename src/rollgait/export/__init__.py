@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rollgait.errors import MISSING, InputError, UnknownNameError
-from rollgait.export.controllers import Controllers
 from rollgait.plan.plan import Plan
+
+if TYPE_CHECKING:
+    from rollgait.export.controllers import Controllers
 
 FORMATS: Final[dict[str, str]] = {
     "csv": "csv",

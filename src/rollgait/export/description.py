@@ -11,12 +11,12 @@ from __future__ import annotations
 import copy
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Final, Literal, get_args
 
-from rollgait.errors import FileError, InputError
+from rollgait.errors import InputError
 from rollgait.export.motion import Sampled
 from rollgait.export.rigid_urdf import rigid_joints, rigid_urdf
 from rollgait.plan.samples import Array
@@ -97,6 +97,15 @@ def describe(s: Sampled, meshes: Meshes = "beside") -> Description:
     )
 
 
+def free_name(name: str, taken: Collection[str]) -> str:
+    """The name, or the first that is free with a number behind it."""
+    number, found = 1, name
+    while found in taken:
+        number += 1
+        found = f"{name}_{number}"
+    return found
+
+
 def _to_be_sent(urdf: Urdf, name: str, meshes: Meshes) -> tuple[ET.Element, dict[PurePosixPath, Path]]:
     """The XML of a URDF without what is of this machine, and the files that it names."""
     root = ET.Element("robot", name=name)
@@ -170,10 +179,8 @@ def _add_loads(root: ET.Element, base: str, body: WholeBody) -> None:
     """What the robot carries, as links welded to its base."""
     from rollgait.robot.standing_com import link_loads
 
-    for number, load in enumerate(link_loads(body), start=1):
-        name = f"load_{number}"
-        if any(link.get("name") == name for link in root.findall("link")):
-            raise FileError("urdf", body.urdf, f"has a link {name}, which is the name of what it carries")
+    for load in link_loads(body):
+        name = free_name("load", {link.get("name", "") for link in root.findall("link")})
         link = ET.SubElement(root, "link", name=name)
         inertial = ET.SubElement(link, "inertial")
         ET.SubElement(inertial, "mass", value=repr(load.mass))

@@ -12,13 +12,13 @@ lowest one, with the yaw of the base.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from rollgait.export.description import Description
+from rollgait.export.description import Description, free_name
 from rollgait.export.motion import Sampled
 from rollgait.plan.samples import Array
 from rollgait.robot.link_poses import joint_frames
@@ -56,15 +56,6 @@ def names_for(urdf: Urdf) -> Names:
         footprint=free_name(BASE_FOOTPRINT, taken),
         contacts=tuple(free_name(contact_frame(leg), taken) for leg in LEGS),
     )
-
-
-def free_name(name: str, taken: Collection[str]) -> str:
-    """The name, or the first that is free with a number behind it."""
-    number, found = 1, name
-    while found in taken:
-        number += 1
-        found = f"{name}_{number}"
-    return found
 
 
 @dataclass(frozen=True)

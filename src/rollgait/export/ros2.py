@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -24,6 +24,10 @@ GROUND_CELLS: Final = 8000
 """Most cells of a map that are drawn: each is two triangles of 120 bytes."""
 START: Final = NANO
 """Stamp of t = 0, ns: 1 s, as stamp 0 means "the latest" to tf."""
+
+REST: Final = 0.01
+"""Joints that end slower than this, rad/s, end at rest: plans end so but for their smoothing, and newer
+joint_trajectory_controllers refuse what does not."""
 
 
 @dataclass(frozen=True)
@@ -165,14 +169,11 @@ class Recording:
 
     def _trajectory(self, joints: tuple[str, ...]) -> Fields:
         s, columns = self.s, [self.s.joint_names.index(name) for name in joints]
-        since: Any = s.time - s.time[0]
-        return messages.joint_trajectory(
-            joints,
-            since,
-            s.joint_position[:, columns],
-            s.joint_velocity[:, columns],
-            s.joint_acceleration[:, columns],
-        )
+        velocity, acceleration = s.joint_velocity[:, columns].copy(), s.joint_acceleration[:, columns].copy()
+        if np.abs(velocity[-1]).max() <= REST:
+            velocity[-1], acceleration[-1] = 0.0, 0.0
+        since = s.time - s.time[0]
+        return messages.joint_trajectory(joints, since, s.joint_position[:, columns], velocity, acceleration)
 
 
 def _yaw(angle: Array) -> Array:
