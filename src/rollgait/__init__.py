@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 from rollgait.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from rollgait.dataset.dataset import Dataset
+    from rollgait.dataset.running import plan_dataset
     from rollgait.diagnosis.entry import diagnose
     from rollgait.diagnosis.report import Diagnosis, Reason, Suggestion
     from rollgait.errors import InputError, NotSolvedError, RollgaitError
@@ -53,6 +55,7 @@ __all__ = [
     "Control",
     "Cost",
     "Crawl",
+    "Dataset",
     "Diagnosis",
     "Disturbances",
     "Drive",
@@ -98,6 +101,7 @@ __all__ = [
     "import_robot",
     "make_loop",
     "plan",
+    "plan_dataset",
     "plan_many",
     "record",
     "robot_names",
@@ -120,6 +124,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "Control": "plant.control",
             "Cost": "ocp.term",
             "Crawl": "scenario.gait",
+            "Dataset": "dataset.dataset",
             "Diagnosis": "diagnosis.report",
             "Disturbances": "simulation",
             "Drive": "scenario.gait",
@@ -165,6 +170,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "import_robot": "robot.importing",
             "make_loop": "mpc.setup",
             "plan": "planner",
+            "plan_dataset": "dataset.running",
             "plan_many": "many",
             "record": "view.record",
             "robot_names": "robot.library",

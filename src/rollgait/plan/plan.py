@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from numbers import Real
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, model_validator
 
 from rollgait.archive import ArchiveFormat
-from rollgait.config import Line
+from rollgait.config import Line, validate
 from rollgait.errors import InputError, UnknownNameError
 from rollgait.npz import Layout
 from rollgait.plan.condensed import CondensedTrajectory  # noqa: F401  (so that its files are known)
@@ -240,6 +241,10 @@ class Plan(Shown, Tabular):
 
         The map of its ground goes with it: whoever reads the plan needs no other file.
         """
+        return _FILE.write(path, *self.parts())
+
+    def parts(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """What it is made of: a header as plain data, and arrays, as `from_parts` takes them."""
         scenario = self.scenario.model_copy(update={"ground": self.scenario.ground.self_contained()})
         heights = scenario.ground.heights
         header = {
@@ -256,7 +261,7 @@ class Plan(Shown, Tabular):
         if heights is not None:
             header["map"] = heights.place()
             arrays[_HEIGHTS] = heights.values
-        return _FILE.write(path, header, arrays)
+        return header, arrays
 
     @classmethod
     def load(cls, path: str | Path) -> Plan:
@@ -267,10 +272,15 @@ class Plan(Shown, Tabular):
         """
         header, arrays = _FILE.read(path)
         with _FILE.damage_told(path):
-            return cls._from_parts(header, arrays)
+            return cls._from_header(header, arrays)
 
     @classmethod
-    def _from_parts(cls, header: _Header, arrays: dict[str, NDArray[Any]]) -> Plan:
+    def from_parts(cls, header: Mapping[str, Any], arrays: dict[str, NDArray[Any]]) -> Plan:
+        """The inverse of `parts`. Raises `InputError` if they do not fit together."""
+        return cls._from_header(validate(_Header, header), arrays)
+
+    @classmethod
+    def _from_header(cls, header: _Header, arrays: dict[str, NDArray[Any]]) -> Plan:
         """The plan in the parts of a file. Raises `InputError` if they do not fit together."""
         trajectory = Trajectory.registry[header.kind].from_arrays(
             {key.removeprefix(_PREFIX): a for key, a in arrays.items() if key.startswith(_PREFIX)}
