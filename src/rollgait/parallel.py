@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from functools import lru_cache
 from itertools import islice
 from typing import Any, Final, TypeVar
 
@@ -18,6 +21,8 @@ IN_FLIGHT: Final = 2
 PORTION: Final = 8
 """Jobs per worker that are handed out at once to a backend that returns all of them together: it waits for
 the slowest, so they must be several."""
+LOOK: Final = 1.0
+"""Between two looks of a worker whether its parent is there, s."""
 LOSSES: Final = {
     "concurrent.futures.process": "BrokenProcessPool",
     "distributed.scheduler": "KilledWorker",
@@ -108,7 +113,8 @@ def _in_parallel(
 ) -> Iterator[tuple[int, ResultT]]:
     from joblib import Parallel, delayed
 
-    calls = (delayed(_with_number)(call, number, job) for number, job in jobs)
+    caller = os.getpid()
+    calls = (delayed(_with_number)(call, number, job, caller) for number, job in jobs)
     settings: dict[str, Any] = {"n_jobs": workers, "batch_size": 1, "pre_dispatch": f"{IN_FLIGHT} * n_jobs"}
     try:
         parallel = Parallel(return_as="generator_unordered", **settings)
@@ -119,8 +125,23 @@ def _in_parallel(
     yield from parallel(calls)
 
 
-def _with_number(call: Callable[[JobT], ResultT], number: int, job: JobT) -> tuple[int, ResultT]:
+def _with_number(call: Callable[[JobT], ResultT], number: int, job: JobT, caller: int) -> tuple[int, ResultT]:
+    if os.getpid() != caller:
+        _leave_with_parent()
     return number, call(job)
+
+
+@lru_cache(maxsize=1)
+def _leave_with_parent() -> None:
+    """Ends this process when its parent was killed: nobody would take its results, nor end it."""
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(LOOK)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _nothing(_: None) -> None:

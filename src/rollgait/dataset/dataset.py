@@ -14,7 +14,7 @@ from rollgait.dataset import columns
 from rollgait.dataset.sampler import Sampler
 from rollgait.dataset.spec import Spec
 from rollgait.dataset.store import Store
-from rollgait.errors import InputError, MissingExtraError
+from rollgait.errors import InputError, MissingExtraError, UnknownNameError
 from rollgait.plan.certificate import Certificate
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Samples
@@ -85,7 +85,7 @@ class Dataset:
         schema = self._store.schema
         for name in columns or ():
             if name not in schema.names:
-                raise InputError("columns", name, "is no column", schema.names)
+                raise UnknownNameError("columns", name, schema.names, "is no column")
         found = list(self._store.tables(columns))
         if not found:
             names = schema.names if columns is None else ["row", *(n for n in columns if n != "row")]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from numbers import Integral
 from pathlib import Path
 from statistics import NormalDist
 from typing import Annotated, Any, Final, Self
@@ -171,8 +172,8 @@ class Spec(Config):
         merged = self.vary | self.families[family].vary
         return {key: merged[key] for key in sorted(merged, key=lambda key: (key.count("."), key))}
 
-    def require_row(self, row: int) -> int:
+    def require_row(self, row: Any) -> int:
         """A row that there is. Raises `InputError` for others."""
-        if isinstance(row, bool) or not isinstance(row, int) or not 0 <= row < self.count:
-            raise InputError("row", row, f"must be a whole number from 0 to {self.count - 1}")
-        return row
+        if isinstance(row, Integral) and not isinstance(row, bool) and 0 <= int(row) < self.count:
+            return int(row)
+        raise InputError("row", row, f"must be a whole number from 0 to {self.count - 1}")
