@@ -105,7 +105,7 @@ def test_robots_gaits_grounds_loads_and_weights_vary(tmp_path: Path) -> None:
         "ground": {"list": [{"friction": 0.7}, {"friction": 0.7}, height_map]},
         "ground.height": {"choice": [0.0]},
         "loads.payload": {"choice": [[{"mass": 2.0, "at": [0.0, 0.0, 0.2]}]]},
-        "weights.base_rate": {"uniform": [0.5, 2.0]},
+        "weights.effort": {"uniform": [0.5, 2.0]},
     }
     base = {"robot": "centauro", "goal": {"x": 0.2}, "horizon": 6.0}
     data = {"count": 6, "families": {"all": {"base": base, "vary": vary}}}

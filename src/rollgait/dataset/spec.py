@@ -174,6 +174,6 @@ class Spec(Config):
 
     def require_row(self, row: Any) -> int:
         """A row that there is. Raises `InputError` for others."""
-        if isinstance(row, Integral) and not isinstance(row, bool) and 0 <= int(row) < self.count:
+        if isinstance(row, Integral) and type(row) is not bool and 0 <= int(row) < self.count:
             return int(row)
         raise InputError("row", row, f"must be a whole number from 0 to {self.count - 1}")
