@@ -101,13 +101,13 @@ def test_robots_gaits_grounds_loads_and_weights_vary(tmp_path: Path) -> None:
     vary = {
         "robot": {"list": ["centauro", "mine.yaml"]},
         "robot.mass": {"uniform": [95.0, 100.0]},
-        "gait": {"choice": ["crawl", {"kind": "trot"}, "drive"]},
+        "gait": {"choice": ["crawl", {"kind": "walk"}, "drive"]},
         "ground": {"list": [{"friction": 0.7}, {"friction": 0.7}, height_map]},
         "ground.height": {"choice": [0.0]},
         "loads.payload": {"choice": [[{"mass": 2.0, "at": [0.0, 0.0, 0.2]}]]},
         "weights.effort": {"uniform": [0.5, 2.0]},
     }
-    base = {"robot": "centauro", "goal": {"x": 0.2}, "horizon": 6.0}
+    base = {"robot": "centauro", "goal": {"x": 0.2}, "horizon": 12.0}
     data = {"count": 6, "families": {"all": {"base": base, "vary": vary}}}
     file = tmp_path / "spec.yaml"
     file.write_text(dump_yaml(data), encoding="utf-8")

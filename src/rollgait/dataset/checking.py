@@ -6,16 +6,14 @@ import json
 import math
 from collections import Counter
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 
 from rollgait.dataset import columns
+from rollgait.dataset.reading import Reader
 from rollgait.errors import InputError, RollgaitError
 from rollgait.plan.certificate import Certificate, certify
-
-if TYPE_CHECKING:
-    from rollgait.dataset.dataset import Dataset
 
 TOLERANCE: Final = 1e-6
 """By how much a figure may differ from that in the table, relative to its limit or itself: it is the same sum
@@ -50,7 +48,7 @@ class Check:
         return {"passed": self.passed, **asdict(self)}
 
     @classmethod
-    def of(cls, dataset: Dataset, count: int, seed: int) -> Check:
+    def of(cls, dataset: Reader, count: int, seed: int) -> Check:
         """Looks at `count` random rows; raises `InputError` for less than one."""
         if count < 1:
             raise InputError("rows", count, "must be at least 1")
@@ -64,7 +62,7 @@ class Check:
         return cls(dataset.spec.count, len(there), twice, tuple(sorted(int(r) for r in drawn)), wrong)
 
 
-def _wrong(dataset: Dataset, row: int) -> list[str]:
+def _wrong(dataset: Reader, row: int) -> list[str]:
     """What of a row differs from what the spec asks, and from what its motion is."""
     found = dataset.record(row)
     asked = dataset.sampler.asked(row)

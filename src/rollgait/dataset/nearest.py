@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.dataset.columns import CERTIFIED
+from rollgait.dataset.reading import Reader
 from rollgait.errors import InputError
 from rollgait.scenario.library import find_scenario
 from rollgait.scenario.scenario import Scenario
-
-if TYPE_CHECKING:
-    from rollgait.dataset.dataset import Dataset
 
 Array = NDArray[np.float64]
 
@@ -43,7 +41,7 @@ class Index:
     labels: NDArray[np.str_]
 
     @classmethod
-    def of(cls, dataset: Dataset) -> Index:
+    def of(cls, dataset: Reader) -> Index:
         """The index of a data set; reads seven columns, not the motions."""
         names = ["status", "robot_name", "gait", "ground", "start", "goal", "horizon"]
         table = dataset.table(names).to_pydict()

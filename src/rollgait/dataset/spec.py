@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from numbers import Integral
 from pathlib import Path
 from statistics import NormalDist
 from typing import Annotated, Any, Final, Self
 
+import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from rollgait.config import Config, Flag, NonNegative, Number, Positive, Range, Whole, load_yaml, validate
@@ -174,6 +174,6 @@ class Spec(Config):
 
     def require_row(self, row: Any) -> int:
         """A row that there is. Raises `InputError` for others."""
-        if isinstance(row, Integral) and type(row) is not bool and 0 <= int(row) < self.count:
+        if isinstance(row, int | np.integer) and row is not True and 0 <= row < self.count:
             return int(row)
         raise InputError("row", row, f"must be a whole number from 0 to {self.count - 1}")

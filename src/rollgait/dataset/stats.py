@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.dataset.columns import CERTIFIED, STATUSES
+from rollgait.dataset.reading import Reader
 from rollgait.files import replacing
-
-if TYPE_CHECKING:
-    from rollgait.dataset.dataset import Dataset
 
 PERCENTILES: Final = (5, 50, 95, 100)
 REASONS: Final = 10
@@ -55,7 +53,7 @@ class Stats:
         return asdict(self)
 
     @classmethod
-    def of(cls, dataset: Dataset) -> Stats:
+    def of(cls, dataset: Reader) -> Stats:
         """Of all rows that are there."""
         names = ["family", "status", "reason", "cost", "seconds", "iterations", "horizon"]
         table = dataset.table(names).to_pydict()
@@ -89,7 +87,7 @@ class Stats:
         )
 
 
-def _tight(dataset: Dataset) -> dict[str, tuple[float, float]]:
+def _tight(dataset: Reader) -> dict[str, tuple[float, float]]:
     """Rows of certificates that come nearest to their limits: median and largest nearness."""
     from rollgait.plan.certificate.rows import nearness
 
@@ -104,7 +102,7 @@ def _tight(dataset: Dataset) -> dict[str, tuple[float, float]]:
     return dict(sorted(both.items(), key=lambda item: -item[1][1])[:TIGHT])
 
 
-def draw(dataset: Dataset, path: str | Path) -> Path:
+def draw(dataset: Reader, path: str | Path) -> Path:
     """Draws goals by verdict, costs, times and margins into one picture; returns its path."""
     import matplotlib
 
@@ -133,7 +131,7 @@ def draw(dataset: Dataset, path: str | Path) -> Path:
         axes.set_ylabel("plans")
         if good.any():
             axes.legend(frameon=False)
-    tight = list(dataset.stats().tight.items())[::-1]
+    tight = list(Stats.of(dataset).tight.items())[::-1]
     margins.barh(
         [name for name, _ in tight], [most for _, (_, most) in tight], color=SECOND_COLOUR, label="largest"
     )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from rollgait.plan.samples import Samples
 if TYPE_CHECKING:
     from rollgait.dataset.dataset import Dataset
     from rollgait.tracking import JointTrajectory
+    from rollgait.tracking.bodies import Bodies
 
 Array = NDArray[np.float64]
 
@@ -28,25 +29,6 @@ TRACKING_RATE: Final = 200.0
 """Least rate at which plans are tracked, Hz; frames are every so many of its samples."""
 ON_TIME: Final = 1e-6
 """By how much a sample may be beside the time of its frame, s."""
-
-
-@dataclass(frozen=True)
-class Bodies:
-    """Bodies of the whole body over time, in the world.
-
-    Attributes:
-        names: of the B links of the URDF.
-        position: of their origins, (n, B, 3), m.
-        quaternion: (w, x, y, z), (n, B, 4).
-        linear_velocity: of their origins, (n, B, 3), m/s.
-        angular_velocity: (n, B, 3), rad/s.
-    """
-
-    names: tuple[str, ...]
-    position: Array
-    quaternion: Array
-    linear_velocity: Array
-    angular_velocity: Array
 
 
 @dataclass(frozen=True)
@@ -172,41 +154,12 @@ def of_joints(row: int, plan: Plan, rate: float, with_bodies: bool) -> Frames:
         MissingExtraError: the extra `whole-body` is not installed.
     """
     from rollgait.tracking import track
+    from rollgait.tracking.bodies import bodies_of
 
     multiple = math.ceil(TRACKING_RATE / rate)
     joints = track(plan, multiple * rate)
     count = math.floor((plan.horizon + ON_TIME) * rate) + 1
     index = np.arange(count) * multiple
     samples = joints.reference.at(index)
-    bodies = _bodies(joints, index) if with_bodies else None
+    bodies = bodies_of(joints, index) if with_bodies else None
     return Frames(row, plan, index, samples, joints, bodies)
-
-
-def _bodies(joints: JointTrajectory, index: NDArray[np.intp]) -> Bodies:
-    """Forward kinematics of all links of the URDF."""
-    import pinocchio as pin
-
-    from rollgait.robot.urdf_model import WholeBodyModel
-    from rollgait.robot.whole_body import find_whole_body
-
-    model: Any = WholeBodyModel(find_whole_body(joints.robot)).pin
-    data = model.createData()
-    links = [k for k, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY]
-    names = tuple(str(model.frames[k].name) for k in links)
-    order = [joints.joint_names.index(name) for name in model.names[2:]]
-    shape = (len(index), len(links))
-    position, quaternion = np.zeros((*shape, 3)), np.zeros((*shape, 4))
-    linear, angular = np.zeros((*shape, 3)), np.zeros((*shape, 3))
-    for n, k in enumerate(index):
-        q = np.concatenate(
-            [joints.base_position[k], joints.base_quaternion[k], joints.joint_position[k, order]]
-        )
-        v = np.concatenate([joints.base_velocity[k], joints.joint_velocity[k, order]])
-        pin.forwardKinematics(model, data, q, v)
-        pin.updateFramePlacements(model, data)
-        for b, link in enumerate(links):
-            x, y, z, w = pin.Quaternion(data.oMf[link].rotation).coeffs()
-            motion = pin.getFrameVelocity(model, data, link, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-            position[n, b], quaternion[n, b] = data.oMf[link].translation, (w, x, y, z)
-            linear[n, b], angular[n, b] = motion.linear, motion.angular
-    return Bodies(names, position, quaternion, linear, angular)
