@@ -12,6 +12,7 @@ def test_pages_are_fresh() -> None:
         "robot.md",
         "terrain.md",
         "whole-body.md",
+        "dataset.md",
         "discover.md",
         "loads.md",
         "timing.md",
