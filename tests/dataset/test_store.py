@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import joblib
 import numpy as np
 import pytest
 
@@ -20,7 +21,7 @@ from rollgait.config import dump_yaml
 from rollgait.dataset import Spec
 from rollgait.dataset.store import Store
 from rollgait.errors import FileError
-from tests.dataset.builders import spec
+from tests.dataset.builders import BASE, spec
 
 pandas = pytest.importorskip("pandas")
 
@@ -195,3 +196,46 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path: Path, end: signal.Signals) 
     seconds = dict(zip(*done.table(["seconds"]).to_pydict().values(), strict=True))
     assert {row: seconds[row] for row in before["row"]} == dict(zip(*before.values(), strict=True))
     assert done.check(3).passed
+
+
+def test_a_dask_cluster_makes_the_same_rows(library: rg.Dataset, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("dask.distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+        ) as cluster,
+        distributed.Client(cluster),
+        joblib.parallel_config(backend="dask"),
+    ):
+        other = rg.plan_dataset(Spec.from_dict(spec(3)), tmp_path / "dask", quiet=True)
+    assert (
+        other.table(["status", "cost"]).to_pydict()
+        == library.table(["status", "cost"]).slice(0, 3).to_pydict()
+    )
+
+
+def test_maps_wrenches_and_failures_of_certificates_come_back(tmp_path: Path) -> None:
+    """A map lies beside the table once; a plan pulled at has arrays of its own; a failure says its rows."""
+    heights = np.zeros((60, 40))
+    np.save(tmp_path / "flat.npy", heights)
+    ground = {"map": {"file": "flat.npy", "resolution": 0.1, "origin": [-2.0, -2.0]}}
+    pulled = {"loads.wrench": {"choice": [[{"force": [20.0, 0.0, 0.0]}]]}}
+    families = {
+        "mapped": {"base": BASE | {"ground": ground}},
+        "pulled": {"base": BASE, "vary": pulled},
+        "heavy": {"base": BASE | {"bounds": {"force_max": 50.0}}},
+    }
+    file = tmp_path / "kinds.yaml"
+    file.write_text(dump_yaml({"count": 3, "families": families}), encoding="utf-8")
+    kinds = rg.plan_dataset(file, workers=1, quiet=True)
+    assert list(kinds.to_pandas().status) == ["certified", "certified", "not solved"]
+    assert len(list((kinds.folder / "maps").iterdir())) == 1
+    again = rg.Dataset(kinds.folder)
+    mapped, wrenched = again.plan(0), again.plan(1)
+    assert mapped.scenario.ground.heights is not None
+    np.testing.assert_array_equal(mapped.scenario.ground.heights.values, heights)
+    assert wrenched.trajectory.arrays()["wrench"].any()
+    assert again.check().passed
+    file.unlink()
+    (tmp_path / "flat.npy").unlink()
+    assert again.scenario(0).to_dict()["ground"] == mapped.scenario.to_dict()["ground"]

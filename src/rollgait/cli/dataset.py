@@ -12,6 +12,7 @@ from rollgait.cli.arguments import AsJson, Seed, rate_from
 from rollgait.cli.output import number, print_json, print_note, print_table
 from rollgait.cli.replacing import note_replacing
 from rollgait.cli.usage import Commands
+from rollgait.cli.verbosity import Verbosity, verbosity
 from rollgait.errors import NotSolvedError, RollgaitError
 
 if TYPE_CHECKING:
@@ -68,8 +69,9 @@ def run(
     from rollgait.dataset import plan_dataset
 
     target = out or spec.with_suffix("")
+    quiet = as_json or verbosity() is Verbosity.QUIET
     try:
-        done = plan_dataset(spec, target, workers=workers, quiet=as_json)
+        done = plan_dataset(spec, target, workers=workers, quiet=quiet)
     except KeyboardInterrupt:
         print_note(f"what is planned is kept in {target}: repeat the command to go on")
         raise

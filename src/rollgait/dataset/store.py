@@ -23,6 +23,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from rollgait.archive import ArchiveFormat
 from rollgait.dataset.columns import FORMAT_VERSION, TRAJECTORY, WHOLE, Record, arrow, layout, schema
@@ -42,12 +43,19 @@ ABOUT_MAX: Final = 64 * MB
 """Largest description that is read: robots and bases by the thousand."""
 LOCK: Final = ".lock"
 
+
+class _MapFile(BaseModel):
+    """What the header of a file of heights holds."""
+
+    map: MapHeader
+
+
 _MAP = ArchiveFormat(
     "rollgait-map",
     1,
     "map",
     "is not a map that rollgait saved",
-    MapHeader,
+    _MapFile,
     lambda _: {"heights": ("f", ("nx", "ny"))},
 )
 
@@ -85,7 +93,9 @@ class Store:
         elif folder.exists() and any(folder.iterdir()):
             raise FileError("out", str(folder), "holds other files and no data set: choose another folder")
         for digest, heights in sampler.maps.items():
-            _MAP.write(folder / "maps" / f"{digest}.npz", heights.place(), {"heights": heights.values})
+            _MAP.write(
+                folder / "maps" / f"{digest}.npz", {"map": heights.place()}, {"heights": heights.values}
+            )
         about = {"format": "rollgait-dataset", "version": FORMAT_VERSION, **sampler.to_dict()}
         with replacing(folder / ABOUT) as temporary:
             temporary.write_text(json.dumps(about, indent=1), encoding="utf-8")
@@ -296,7 +306,7 @@ def _read_maps(folder: Path) -> dict[str, HeightMap]:
     found = {}
     for path in sorted(folder.glob("[!.]*.npz")):
         header, arrays = _MAP.read(path)
-        heights = HeightMap(arrays["heights"], **header.model_dump())
+        heights = HeightMap(arrays["heights"], **header.map.model_dump())
         found[heights.digest] = heights
     return found
 
