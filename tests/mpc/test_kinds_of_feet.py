@@ -14,6 +14,7 @@ from rollgait.mpc.settings import MpcSettings
 from rollgait.mpc.setup import make_loop
 from rollgait.plant.state import RobotState
 from rollgait.robot.library import find_robot
+from tests.mpc.test_footwork import with_box
 
 Array = NDArray[np.float64]
 PATIENT = MpcSettings(deadline=10.0)
@@ -93,3 +94,16 @@ def test_point_feet_do_not_roll_and_say_so() -> None:
     state, fastest = run("point", 1.0, "drive", told="point feet do not roll", forward=0.2)
     np.testing.assert_allclose(state.com_position[:2], 0.0, atol=0.01)
     np.testing.assert_allclose(fastest, 0.0, atol=1e-9)
+
+
+def test_legs_that_cannot_sway_do_not_step_and_say_so() -> None:
+    """It would fall: the body leans over the feet that stand, or a foot farther out catches it."""
+    loop = make_loop(with_box(find_robot("rover"), 0.002), "rigid", PATIENT, gait="trot")
+    for _ in range(200):
+        control, _ = loop.step(VelocityCommand(forward=0.2, turn_rate=0.2, gait="crawl"))
+        assert control.contact.all()
+    assert loop.plant.state.com_velocity[0] == pytest.approx(0.2, abs=0.02)
+    told = [event.text for event in loop.mpc.events]
+    assert "cannot go sideways or turn" in told[0]
+    assert [text for text in told if "the gait 'trot' is 'drive' here" in text]
+    assert len(told) == len(set(told))

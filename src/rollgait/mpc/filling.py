@@ -133,9 +133,11 @@ class Filling:
         largest = min(leg.force_max for leg in legs)
         fitting = min(PROFILES["executable"]["bounds"]["force_min"], FORCE_OF_WEIGHT * self.robot.weight)
         self._force_min = fitting if bounds.force_min is None else bounds.force_min
-        if self._force_min >= largest:  # a solver given limits that cross may never return
+        fair = self.robot.weight / len(legs)
+        if self._force_min >= min(largest, fair):  # a solver given limits that cross may never return
+            what = "force_max" if largest <= fair else "what each foot carries"
             raise InputError(
-                "bounds.force_min", self._force_min, f"must be less than force_max, {largest:g} N"
+                "bounds.force_min", self._force_min, f"must be less than {what}, {min(largest, fair):.4g} N"
             )
         self.bounds = bounds
         self._speed = np.array([min(bounds.speed_max, leg.speed_max) for leg in legs])
