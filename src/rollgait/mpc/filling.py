@@ -132,13 +132,13 @@ class Filling:
         legs = self._problem.robot.leg_list
         largest = min(leg.force_max for leg in legs)
         fitting = min(PROFILES["executable"]["bounds"]["force_min"], FORCE_OF_WEIGHT * self.robot.weight)
-        self._force_min = fitting if bounds.force_min is None else bounds.force_min
+        force_min = fitting if bounds.force_min is None else bounds.force_min
         fair = self.robot.weight / len(legs)
-        if self._force_min >= min(largest, fair):  # a solver given limits that cross may never return
+        if force_min >= min(largest, fair):  # a solver given limits that cross may never return
             what = "force_max" if largest <= fair else "what each foot carries"
-            raise InputError(
-                "bounds.force_min", self._force_min, f"must be less than {what}, {min(largest, fair):.4g} N"
-            )
+            rule = f"must be less than {what}, {min(largest, fair):.4g} N"
+            raise InputError("bounds.force_min", force_min, rule)
+        self._force_min = force_min
         self.bounds = bounds
         self._speed = np.array([min(bounds.speed_max, leg.speed_max) for leg in legs])
         self._swing_speed = np.where(self.rolls, 1.0, POINT_SPEED) * bounds.swing_speed_max
