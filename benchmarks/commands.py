@@ -108,7 +108,7 @@ def main() -> int:
     parser.add_argument("--plants", default="rigid,mujoco", help="which, comma-separated")
     parser.add_argument("--gaits", default=FITTING, help="which, comma-separated")
     parser.add_argument("--keep", action="store_true", help="put the table into docs/mpc-benchmark.md")
-    parser.add_argument("--logs", type=Path, help="folder for the logs of all runs")
+    parser.add_argument("--logs", type=Path, help="folder of the logs; what is there is not run again")
     given = parser.parse_args()
     logging.getLogger("rollgait").setLevel(logging.ERROR)
     rows, failures = [], []
@@ -124,9 +124,7 @@ def main() -> int:
                 for asked in given.gaits.split(","):
                     begin = time.perf_counter()
                     gait = first_gait(course(robot), robot) if asked == FITTING else asked
-                    log = make_loop(robot, plant, PATIENT, gait=gait).run(course(robot))
-                    if given.logs is not None:
-                        log.save(given.logs / f"{name}-{plant}-{gait}.npz")
+                    log = driven(robot, plant, gait, given.logs and given.logs / f"{name}-{plant}-{gait}.npz")
                     rows.append(cells(name, gait, robot, log))
                     failures += [f"{name}, {plant}, {gait}: {why}" for why in faults(robot, log)]
                     seconds = time.perf_counter() - begin
@@ -181,6 +179,16 @@ def course(robot: rg.Robot) -> Script:
         velocity = VelocityCommand(forward=long * forward, lateral=long * lateral, turn_rate=turn)
         commands.append(TimedCommand(at=at, command=velocity))
     return Script(duration=DURATION, commands=tuple(commands))
+
+
+def driven(robot: rg.Robot, plant: str, gait: str, file: Path | None) -> MpcLog:
+    """A run of the course, or its log if there is one."""
+    if file is not None and file.is_file():
+        return MpcLog.load(file)
+    log = make_loop(robot, plant, PATIENT, gait=gait).run(course(robot))
+    if file is not None:
+        log.save(file)
+    return log
 
 
 def velocities(log: MpcLog, begin: float, end: float) -> np.ndarray:

@@ -62,7 +62,7 @@ FEASIBLE: Final = 1e-3
 USABLE: Final = 0.2
 """Violation from which on an iterate is not used: its motion is not one that the robot could make."""
 
-FOLLOWING: Final = {"goal": 5000.0, "feet": 4000.0, "velocity": 50.0, "heading": 20.0}
+FOLLOWING: Final = {"goal": 5000.0, "feet": 4000.0, "velocity": 50.0, "heading": 20.0, "support": 0.0}
 """Weights of the costs while a plan is followed: it knows where all shall be, a command does not."""
 ROOMY: Final = ("speed_max", "acceleration_max", "swing_speed_max", "swing_acceleration_max")
 FOLLOWING_ROOM: Final = 1.5
