@@ -80,7 +80,7 @@ COLUMNS = (
     "plant",
     "gait",
     "falls",
-    "ahead, turning, on the spot, sideways, back",
+    "ahead, to the left, right, on the spot, sideways, back",
     "rms ahead, mm/s",
     "aside, mm/s",
     "turn, deg/s",
@@ -94,9 +94,9 @@ WORDS = (
     f"{DURATION:g} s each at 100 Hz, deadlines of {PATIENT.deadline:g} s. Ahead and back are {AHEAD:g} of "
     f"the distance between the hips in a second, sideways {ASIDE:g}, turns {TURN:g} rad/s. Of each part of "
     f"the course the mean velocity, without its first {SPEEDING_UP:g} s, as a share of what is asked for (of "
-    "several, the one that is farthest from it; `cannot`: no gait of this robot can). The rms is against the "
-    "reference velocity; the sway of steps is part of it. Rest: the mean speed in the last second, steps on "
-    "the spot included."
+    "several, the one that is farthest from it). What no gait of a robot can is left out; `cannot` where "
+    "nothing is left. The rms is against the reference velocity; the sway of steps is part of it. Rest: the "
+    "mean speed in the last second, steps on the spot included."
 )
 
 
