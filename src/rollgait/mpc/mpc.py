@@ -62,7 +62,7 @@ FEASIBLE: Final = 1e-3
 USABLE: Final = 0.2
 """Violation from which on an iterate is not used: its motion is not one that the robot could make."""
 
-FOLLOWING: Final = {"goal": 5000.0, "feet": 4000.0, "velocity": 50.0, "heading": 20.0}
+FOLLOWING: Final = {"goal": 5000.0, "feet": 4000.0, "velocity": 50.0, "heading": 20.0, "support": 0.0}
 """Weights of the costs while a plan is followed: it knows where all shall be, a command does not."""
 ROOMY: Final = ("speed_max", "acceleration_max", "swing_speed_max", "swing_acceleration_max")
 FOLLOWING_ROOM: Final = 1.5
@@ -161,6 +161,7 @@ class Mpc:
         self._hold = StepHold(self.settings.period)
         self._weights, self._bounds = self.settings.weights, self.settings.bounds
         self._cut = ""
+        self._unfit: set[str] = set()
         self._plans: PlanFollower | None = None
         self._follows_from_next = False
         self._wanted: Wanted | None = None
@@ -272,6 +273,7 @@ class Mpc:
         self._last, self._failures, self._stands = None, 0, False
         self._hold.reset()
         self._cut = ""
+        self._unfit.clear()
         self._forget_plans()
         self._fill.reset_stance()
         self._incoming.reset()
@@ -313,7 +315,7 @@ class Mpc:
             end = self._last.end
             x, y, yaw = float(end.com_position[0]), float(end.com_position[1]), float(end.euler[0])
             self._reference.begin_at((x, y, yaw), self.wanted)
-            self.clock.request(self._gait, self._now)
+            self.clock.request(self._fitting(self._gait), self._now)
         self._forget_plans()
 
     @property
@@ -366,6 +368,10 @@ class Mpc:
         state, elapsed = self._incoming.take(state, self._last)
         self._now = state.time
         deadline = begin + self.stretch * (self.settings.deadline or self.settings.period)
+        if self._last is None and (unfit := self._feet.unfit()):
+            self._note(state.time, unfit)
+        if command.gait is not None and (fitting := self._fitting(command.gait)) != command.gait:
+            command = command.model_copy(update={"gait": fitting})
         command = self._within_limits(command, state.time)
         if self._stands:
             command = VelocityCommand()
@@ -424,6 +430,13 @@ class Mpc:
         self, command: VelocityCommand | PoseCommand, time: float
     ) -> VelocityCommand | PoseCommand:
         cut, note = command.within(self.settings.limits)
+        height = self._feet.within_height(cut.height_change)
+        if height != cut.height_change:
+            legs = f"height change {cut.height_change:.3g} m is cut to {height:.3g} m: legs reach no farther"
+            cut, note = (
+                cut.model_copy(update={"height_change": height}),
+                "; ".join(filter(None, (note, legs))),
+            )
         if isinstance(cut, VelocityCommand) and self._plans is None and not self._stands:
             gait = self.clock.gait if cut.gait is None else find_gait(cut.gait)
             feet = self._feet.note(gait, (cut.forward, cut.lateral, cut.turn_rate))
@@ -433,9 +446,22 @@ class Mpc:
         self._cut = note
         return cut
 
+    def _fitting(self, name: str) -> str:
+        """A gait, or in its place one in which the robot does not fall; an event says so once."""
+        gait = find_gait(name)
+        fitting = self._feet.carried(gait).name
+        if fitting != name and name not in self._unfit:
+            self._unfit.add(name)
+            self._note(
+                self._now,
+                f"the gait {name!r} is {fitting!r} here: legs that reach so little aside cannot "
+                "bring the CoM over the feet that stand",
+            )
+        return fitting
+
     def _begin(self, state: RobotState) -> None:
         """Standing: the weight on all feet, all else at rest."""
-        self.clock = GaitClock("stand" if self._stands else self._gait, state.time)
+        self.clock = GaitClock("stand" if self._stands else self._fitting(self._gait), state.time)
         self._draft = None
         self._reference.reset(state)
         self._fill.ground.begin(state.foot_position[:, :2])

@@ -225,8 +225,7 @@ class Scenario(Shown, Config):
     def body(self) -> Robot:
         """The robot's data with what it carries; with point feet where the gait locks the wheels."""
         robot = find_robot(self.robot) if isinstance(self.robot, str) else self.robot
-        for load in self.loads.payload:
-            robot = robot.with_load(load)
+        robot = robot.with_loads(self.loads)
         return robot.with_feet("point") if self.gait.wheels == "locked" else robot
 
     @cached_property
