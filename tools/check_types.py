@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Final
 
 sys.path.insert(0, str(Path(__file__).parent))
-from readme_commands import BLOCK
+from page_blocks import all_blocks
 
 ROOT: Final = Path(__file__).parents[1]
 
@@ -22,11 +22,10 @@ ROOT: Final = Path(__file__).parents[1]
 def module_of(markdown: str) -> str:
     """The Python blocks of a page as one module, each line where it stands on the page."""
     lines = [""] * (markdown.count("\n") + 1)
-    for match in BLOCK.finditer(markdown):
-        if match["language"] == "python":
-            first = markdown.count("\n", 0, match.start("text"))
-            text = match["text"].splitlines()
-            lines[first : first + len(text)] = text
+    for block in all_blocks(markdown):
+        if block.language == "python":
+            text = block.text.splitlines()
+            lines[block.line - 1 : block.line - 1 + len(text)] = text
     return "\n".join(lines) + "\n"
 
 
