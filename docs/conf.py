@@ -20,6 +20,7 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sp
 exclude_patterns = ["conf.py"]
 nitpicky = False
 
+myst_enable_extensions = ["deflist"]
 myst_heading_anchors = 4
 """Links such as `terrain.md#ground` lead to headings down to this level."""
 suppress_warnings = ["ref.python"]
@@ -49,18 +50,24 @@ linkcheck_retries = 2
 
 
 def _without_empty_patterns(app: Any, page: str, source: list[str]) -> None:
-    """Entries of index.md such as `dataset*` stand for pages that may be there; Sphinx warns of those that are not."""
+    """Entries of index.md such as `dataset*` stand for pages that may be there; of none Sphinx would warn."""
     if page == "index":
         here = Path(app.srcdir)
-        source[0] = re.sub(r"^(\w+\*)\n", lambda m: m[0] if list(here.glob(f"{m[1]}.md")) else "", source[0], flags=re.M)
+        source[0] = "".join(
+            line
+            for line in source[0].splitlines(keepends=True)
+            if not re.fullmatch(r"\w+\*\n", line) or any(here.glob(f"{line.strip()}.md"))
+        )
 
 
-def _bars_are_absolute_values(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
-    """To reStructuredText |v| would be a substitution."""
+def _as_it_is_meant(app: Any, what: str, name: str, obj: Any, options: Any, lines: list[str]) -> None:
+    """|v| is no substitution, and what stands before the first colon of a field's meaning is not its type."""
     lines[:] = [line.replace("|", r"\|") for line in lines]
+    if what in ("attribute", "property"):
+        lines[:0] = ["..", ""]  # an empty comment is the line that may have a type
 
 
 def setup(app: Any) -> None:
     """Called by Sphinx."""
     app.connect("source-read", _without_empty_patterns)
-    app.connect("autodoc-process-docstring", _bars_are_absolute_values)
+    app.connect("autodoc-process-docstring", _as_it_is_meant, priority=400)  # before napoleon's, 500

@@ -5,8 +5,8 @@
 runs pages and all pages of folders, two at a time. On a page, in order:
 
 - ```bash is run by bash, ```python by one interpreter for the whole page, as a reader types it;
-- ```yaml after `<!-- file: NAME -->` is written to that file, for the blocks below it; after `<!-- part of: NAME -->`
-  its keys are put into that scenario of the library, which must still be one;
+- ```yaml after `<!-- file: NAME -->` is written to that file, for the blocks below it; after
+  `<!-- part of: NAME -->` its keys are put into that scenario of the library, which must still be one;
 - ```text is nothing to be run: what a program prints, a drawing;
 - a block after `<!-- not run: REASON -->` is skipped; of any other language each must be.
 

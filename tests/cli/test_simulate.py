@@ -143,10 +143,9 @@ def test_a_film(plan_file: Path) -> None:
     pytest.importorskip("OpenGL", reason="needs the extra video")
     from imageio import v3
     from imageio_ffmpeg import count_frames_and_secs
-
-    from rollgait.robot.whole_body import find_whole_body
     from PIL import Image
 
+    from rollgait.robot.whole_body import find_whole_body
     from rollgait.simulation.video import FRAME_RATE, HEIGHT, PAGE_RATE, WIDTH, RenderingError, save_video
 
     plan = rg.Plan.load(plan_file)

@@ -52,7 +52,7 @@ WEBP_QUALITY: Final = 40
 
 NEAR: Final = 0.05
 FAR: Final = 60.0
-"""What is drawn begins and ends this far from the camera, m: the extent of the ground, 200 m, would cut the robot."""
+"""What is drawn begins and ends this far from the camera, m: by the ground's 200 m the robot would be cut."""
 
 DISTANCE: Final = 3.5
 """Of the camera from the robot, as a multiple of the height of its CoM."""
