@@ -16,13 +16,20 @@ author = "The rollgait developers"
 copyright = "2026 The rollgait developers"
 release = version = rollgait.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.napoleon"]
 exclude_patterns = ["conf.py"]
 nitpicky = False
 
 myst_enable_extensions = ["deflist"]
 myst_heading_anchors = 4
 """Links such as `terrain.md#ground` lead to headings down to this level."""
+nb_execution_mode = "cache"
+nb_execution_cache_path = str(Path(__file__).parents[1] / "build" / "notebooks-cache")
+nb_execution_in_temp = True
+nb_execution_timeout = 600  # s, for one cell on a busy machine
+nb_execution_raise_on_error = True
+"""Notebooks are kept without what they print, executed for the site, and again only when they change."""
+
 suppress_warnings = ["ref.python"]
 """Fields of several classes have one name (`kind`): a type that names it may lead to any of them."""
 
