@@ -173,7 +173,7 @@ def clip_of_joints(joints: JointTrajectory, name: str) -> Clip:
 
 def clip_of_log(log: SimulationLog, name: str) -> Clip:
     """A simulation: what the robot did. The feet are those of the whole body."""
-    from rollgait.view.log_samples import euler_of, samples_of_log
+    from rollgait.simulation.log_samples import euler_of, samples_of_log
 
     times = frame_times(float(log.time[-1]))
     index = _nearest(log.time, times)
