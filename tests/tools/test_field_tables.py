@@ -19,7 +19,7 @@ def test_pages_are_fresh() -> None:
     }
     for page in pages:
         text = page.read_text(encoding="utf-8")
-        assert filled(text) == text, "run: make docs"
+        assert filled(text) == text, "run: make tables"
 
 
 def test_a_table_names_every_key_once() -> None:
