@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from rollgait.robot.robot import Robot
     from rollgait.scenario.gait import Crawl, Drive, Pace, Schedule, Trot, Walk
     from rollgait.scenario.library import find_scenario, scenario_names
-    from rollgait.scenario.scenario import Goal, LaterGoal, Scenario, Start
+    from rollgait.scenario.scenario import Goal, LaterGoal, Scenario
+    from rollgait.scenario.start import Start
     from rollgait.scenario.weights import Bounds, Weights
     from rollgait.searching import search_steps
     from rollgait.simulation import Disturbances, SimulationLog, simulate
@@ -145,7 +146,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "Scenario": "scenario.scenario",
             "Schedule": "scenario.gait",
             "SimulationLog": "simulation",
-            "Start": "scenario.scenario",
+            "Start": "scenario.start",
             "Suggestion": "diagnosis.report",
             "Terrain": "terrain.terrain",
             "Trot": "scenario.gait",

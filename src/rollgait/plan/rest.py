@@ -1,0 +1,168 @@
+"""What is left of a plan from some time on: the scenario of it, and the motion as a start for who plans it anew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rollgait.errors import InputError
+from rollgait.plan.samples import Samples
+from rollgait.plant.moving import MotionState
+from rollgait.plant.state import RobotState
+from rollgait.robot.robot import LEG_NAMES
+from rollgait.scenario.moving import begun_at
+from rollgait.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from rollgait.plan.plan import Plan
+
+Array = NDArray[np.float64]
+
+LEAST: Final = 0.2
+"""s; what is left of a plan for less is not worth another one."""
+FIRST_SHARE: Final = 0.5
+"""A first interval shorter than this part of the next is one with it, where no contact changes between."""
+AT_ONCE: Final = 0.02
+"""A contact that changes in less has changed, s: intervals are no shorter."""
+LANDED_SHARE: Final = 0.6
+"""From this share of a swing on, a foot that is measured on the ground has landed."""
+SAME: Final = 1e-9
+"""s; two times nearer than this are one."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rest:
+    """What is left of a plan, as it is to be planned anew.
+
+    Attributes:
+        plan: the plan.
+        time: from when on, s of the plan.
+        scenario: the rest as a scenario of its own, from t = 0: with the plan's contacts, nodes, goals, loads.
+        changes: what of the measured state was changed to make it a start.
+    """
+
+    plan: Plan
+    time: float
+    scenario: Scenario
+    changes: tuple[str, ...] = ()
+
+    def started(self, state: RobotState) -> Rest:
+        """The same from another state. Raises `InputError` if it cannot begin there."""
+        return rest_of(self.plan, self.time, state)
+
+    @property
+    def motion(self) -> Callable[[Array], Samples]:
+        """The motion of the plan by the time of the rest."""
+
+        def motion(times: Array) -> Samples:
+            known = np.clip(times + self.time, 0.0, self.plan.horizon)
+            return replace(self.plan.sample(known), time=times)
+
+        return motion
+
+
+def state_at(plan: Plan, time: float) -> MotionState:
+    """The state of a plan at a time; see `Plan.state_at`."""
+    at = plan.sample(float(time))
+    heading = at.heading
+    return MotionState(
+        time=float(time),
+        com_position=at.com_position,
+        euler=at.euler,
+        com_velocity=at.com_velocity,
+        euler_rate=at.euler_rate,
+        foot_position=at.foot_position,
+        heading=heading,
+        speed=at.speed,
+        foot_velocity=at.foot_velocity,
+        force=at.force,
+        contact=at.contact,
+    )
+
+
+def rest_of(plan: Plan, time: float, state: RobotState | None = None) -> Rest:
+    """What is left of a plan; see `Plan.rest`."""
+    if not 0.0 <= time <= plan.horizon - LEAST:
+        rule = f"must lie in [0, {plan.horizon - LEAST:.6g}] s, so that something of the plan is left"
+        raise InputError("time", time, rule)
+    given = state_at(plan, time) if state is None else state
+    nodes = _nodes(plan, time)
+    standing = _scenario(plan, time, nodes, _swings(plan, time, nodes, given))
+    scenario, changes = begun_at(standing, given)
+    return Rest(plan, time, scenario, changes)
+
+
+def _nodes(plan: Plan, time: float) -> Array:
+    """Nodes of the rest, by its own time, (M + 1,), s: the plan's, but for a first one that is too near."""
+    all_nodes, changes = plan.schedule.node_times, np.append(plan.schedule.changes, True)
+    later = np.flatnonzero(all_nodes > time + SAME)
+    nodes, contacts_change = all_nodes[later] - time, changes[later]
+    if len(nodes) > 1:
+        too_near = nodes[0] < FIRST_SHARE * (nodes[1] - nodes[0]) and not contacts_change[0]
+        if too_near or nodes[0] < AT_ONCE:
+            nodes = nodes[1:]
+    return np.concatenate([[0.0], nodes])
+
+
+def _swings(plan: Plan, time: float, nodes: Array, state: RobotState) -> dict[str, list[list[float]]]:
+    """Swings of the rest by leg: (lift-off, touch-down), s; a lift-off before 0 has been."""
+    result: dict[str, list[list[float]]] = {name: [] for name in LEG_NAMES}
+    times = plan.schedule.node_times
+    touches = state.contact if isinstance(state, MotionState) else np.ones(len(LEG_NAMES), dtype=bool)
+    for swing in plan.schedule.swings():
+        lift_off = float(times[swing.lift_off]) - time - swing.begun
+        touch_down = float(times[swing.touch_down]) - time
+        if touch_down < nodes[1] - SAME:
+            continue  # it is over, or as good as that
+        if abs(lift_off) < SAME:
+            lift_off = 0.0
+        passed = -lift_off / (touch_down - lift_off)
+        if passed > LANDED_SHARE and touches[swing.leg]:
+            continue
+        if 0.0 < lift_off < nodes[1] - SAME:
+            lift_off = 0.0
+        result[LEG_NAMES[swing.leg]].append([lift_off, touch_down])
+    return result
+
+
+def _scenario(plan: Plan, time: float, nodes: Array, swings: dict[str, list[list[float]]]) -> Scenario:
+    """The plan's scenario from a time on, with its contacts and nodes spelled out; its start is not the rest's."""
+    old = plan.scenario
+    horizon = float(nodes[-1])
+    data: dict[str, Any] = old.to_dict()
+    gait = {name: data["gait"][name] for name in ("wheels", "clearance", "clearance_over")}
+    data["gait"] = {"kind": "schedule", **gait, **swings, "nodes": nodes.tolist()}
+    data["horizon"] = horizon
+    goals = [{"at": 0.0, **{key: data["goal"][key] for key in ("x", "y", "yaw_deg")}}, *data["goal"]["then"]]
+    now = max(k for k, goal in enumerate(goals) if goal["at"] <= time + SAME)
+    first = {key: value for key, value in goals[now].items() if key != "at"}
+    then = [{**goal, "at": goal["at"] - time} for goal in goals[now + 1 :] if goal["at"] - time < horizon]
+    data["goal"] = {**first, "then": then}
+    data["loads"]["wrench"] = [
+        {
+            **wrench.model_dump(mode="json"),
+            "start": max(0.0, wrench.start - time),
+            "end": None if wrench.end is None else wrench.end - time,
+        }
+        for wrench in old.wrenches
+        if wrench.end is None or wrench.end > time + SAME
+    ]
+    # the place is checked with the state: until then it stands where the plan does
+    data["start"] = {"motion": _as_motion(plan, time)}
+    data["description"] = f"the rest of a plan, from {time:g} s on"
+    scenario = Scenario.model_validate(data)
+    return scenario.model_copy(update={"ground": old.ground})
+
+
+def _as_motion(plan: Plan, time: float) -> dict[str, Any]:
+    at = plan.sample(time)
+    return {
+        "com_position": at.com_position.tolist(),
+        "euler": at.euler.tolist(),
+        "foot_position": at.foot_position.tolist(),
+        "heading": at.heading.tolist(),
+    }
