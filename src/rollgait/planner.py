@@ -225,7 +225,8 @@ class Planner:
         """The plan of a scenario whose gait is given; with a budget the reason is sought if it has none."""
         method = self._method
         with watch("build"):
-            problem = make_problem(asked, self._terms)  # where it knows of no way, it says why itself
+            motion = earlier.motion if isinstance(earlier, Rest) else None
+            problem = make_problem(asked, self._terms, motion=motion)  # where it knows of no way, it says why itself
         try:
             with watch("build"):
                 ready = Ready(method, problem)

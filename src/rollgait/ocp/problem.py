@@ -146,14 +146,25 @@ class Problem:
         rate = self.lift_at(times.ravel())[1]
         return np.moveaxis(rate.reshape(*times.shape, 4), 0, -1)
 
+    @property
+    def start_height(self) -> Array:
+        """How high feet are at t = 0 above the ground of their first interval, (4,), m; 0 of those that stand."""
+        first = np.zeros(1, dtype=np.intp)
+        height = self.start.p_foot[:, 2] - self.footing.height(first, self.start.p_foot[None, :, :2])[0]
+        return np.where(self._in_air, height, 0.0)
+
     @cached_property
     def in_air(self) -> InAir:
-        """How high feet are at t = 0 above the ground of their first interval, and how fast they rise."""
-        first = np.zeros(1, dtype=np.intp)
-        xy = self.start.p_foot[None, :, :2]
-        begun = np.array(self.schedule.begun) > 0.0
-        height = self.start.p_foot[:, 2] - self.footing.height(first, xy)[0]
-        return InAir(np.where(begun, np.maximum(height, 0.0), 0.0), np.where(begun, self.start.lift_rate, 0.0))
+        """How high feet are at t = 0 above the ground that their swings come from, and how fast they rise."""
+        height = self.start_height
+        for swing in self.footing.swings:
+            if swing.lift_off == 0 and swing.over and self._in_air[swing.leg]:
+                height[swing.leg] = self.start.p_foot[swing.leg, 2] - swing.before
+        return InAir(height, np.where(self._in_air, self.start.lift_rate, 0.0))
+
+    @property
+    def _in_air(self) -> NDArray[np.bool_]:
+        return np.array(self.schedule.begun) > 0.0
 
     def lift_at(self, times: Array) -> tuple[Array, Array]:
         """Height of the smooth lift above the ground and its rate at times (n,), both (n, 4)."""
@@ -183,7 +194,10 @@ class Problem:
 
 
 def make_problem(
-    scenario: Scenario, extra: Sequence[Term] = (), schedule: ContactSchedule | None = None
+    scenario: Scenario,
+    extra: Sequence[Term] = (),
+    schedule: ContactSchedule | None = None,
+    motion: Callable[[Array], Samples] | None = None,
 ) -> Problem:
     """The problem of a scenario.
 
@@ -191,6 +205,7 @@ def make_problem(
         scenario: what is asked.
         extra: further terms, the user's.
         schedule: the contacts, on another mesh than the scenario's own.
+        motion: the ways of the feet over ground that is not flat are about those of this motion.
 
     Raises:
         InputError: the scenario contradicts itself, its gait is yet to be found, a name is there twice,
@@ -219,7 +234,7 @@ def make_problem(
         return Problem(scenario, kept, start_state(scenario), schedule, footing)
     from rollgait.footing.on_terrain import find_ways, standing_start  # here: it needs SciPy
 
-    terrain = find_ways(scenario, schedule)
+    terrain = find_ways(scenario, schedule, motion)
     base, p_foot = standing_start(scenario)
     start = StartState(base, np.zeros(6), p_foot, base[3] + scenario.start_headings())
     if scenario.start.motion is not None:

@@ -386,7 +386,7 @@ def start_values(problem: Problem, layout: Layouts, clock: Sequence[float] = ())
             start.base_rate[:3],
             start.p_foot[:, :2].ravel(),
             start.heading[list(layout.steerable)],
-            problem.in_air.height,  # of a foot on the ground it is zero, be it fitted or not
+            problem.start_height,  # of a foot on the ground it is zero, be it fitted or not
             clock,
             np.zeros(3 * FEET) if start.force is None else start.force.ravel() / robot.weight,
             start.motion.ravel()[list(layout.previous)],

@@ -26,6 +26,8 @@ BEYOND_MAX: Final = {"m": 0.05, "rad": 0.1, "m²": 0.06}
 farther contradicts the problem."""
 OF_PLACES: Final = frozenset({"foothold"})
 """Bounds of where feet stand, which stay where they are."""
+NEVER: Final = frozenset({"ground"})
+"""Bounds beyond which no robot is: nothing goes through the ground."""
 OF_SUPPORT: Final = frozenset({"com_margin", "capture_margin"})
 """Bounds against the feet that stand: with other feet they are others."""
 _ROUND_OFF: Final = 1e-9
@@ -73,7 +75,7 @@ def _beyond(stage: Stage, first_node: Array) -> dict[tuple[str, int | None, int]
     for row, label in enumerate(stage.labels):
         low, high = stage.lower[row, 0], stage.upper[row, 0]
         counts = label.place == Place.NODE.name and of_node[row] and stage.holds[row, 0]
-        if not counts or low == high:
+        if not counts or low == high or label.term in NEVER:
             continue
         below, above = max(0.0, low - value[row]), max(0.0, value[row] - high)
         if _ROUND_OFF < max(below, above) <= BEYOND_MAX.get(label.unit, 0.0):
