@@ -226,7 +226,9 @@ class Planner:
         method = self._method
         with watch("build"):
             motion = earlier.motion if isinstance(earlier, Rest) else None
-            problem = make_problem(asked, self._terms, motion=motion)  # where it knows of no way, it says why itself
+            problem = make_problem(
+                asked, self._terms, motion=motion
+            )  # where it knows of no way, it says why itself
         try:
             with watch("build"):
                 ready = Ready(method, problem)

@@ -39,7 +39,9 @@ class InitialGuess:
     warm: bool = False
 
 
-def starts(problem: Problem, solve: Solve, warm_start: Plan | Rest | None, seed: int) -> Iterator[InitialGuess]:
+def starts(
+    problem: Problem, solve: Solve, warm_start: Plan | Rest | None, seed: int
+) -> Iterator[InitialGuess]:
     """Guesses in the order in which they are worth trying, without end; the same ones for the same seed.
 
     Args:

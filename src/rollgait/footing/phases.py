@@ -213,7 +213,9 @@ def _go_on(
             first, last = _over(swing, swing.middle, duration, schedule)
         else:
             past = schedule.node_times[begin] + duration
-            last = int(np.clip(np.searchsorted(schedule.node_times, past), begin + 1, max(begin + 1, end - 1)))
+            last = int(
+                np.clip(np.searchsorted(schedule.node_times, past), begin + 1, max(begin + 1, end - 1))
+            )
     rises = first > begin
     for k in range(begin, end):
         above = Phase(None, -1, top)

@@ -98,7 +98,9 @@ def _going_on(
     )
 
 
-def _quintic(times: Array, end: float, begin_value: float, begin_rate: float, end_value: float) -> tuple[Array, Array]:
+def _quintic(
+    times: Array, end: float, begin_value: float, begin_rate: float, end_value: float
+) -> tuple[Array, Array]:
     """From a value and a rate at 0, not accelerated, to a value at rest at `end`: values and rates, (n,)."""
     s = np.clip(times / end, 0.0, 1.0)
     rise, slope = minimum_jerk(s)

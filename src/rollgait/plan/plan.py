@@ -237,12 +237,13 @@ class Plan(Shown, Tabular):
 
         return state_at(self, time)
 
-    def rest(self, time: float, state: RobotState | None = None) -> Rest:
+    def rest(self, time: float, state: RobotState | None = None, delay: float = 0.0) -> Rest:
         """What is left of the plan from a time on, to be planned anew: `rollgait.plan(plan.rest(time, state))`.
 
         Args:
             time: s of the plan.
             state: where the robot is then; as planned, if not given. Feet that have landed early stand.
+            delay: by how much later the rest goes on, s; all feet stand meanwhile.
 
         Raises:
             InputError: nothing of the plan is left, or the state is too far from one with which the rest can
@@ -250,7 +251,7 @@ class Plan(Shown, Tabular):
         """
         from rollgait.plan.rest import rest_of
 
-        return rest_of(self, time, state)
+        return rest_of(self, time, state, delay)
 
     def certificate(self) -> Certificate:
         """What is measured of the plan by code that shares nothing with the optimiser (computed once)."""

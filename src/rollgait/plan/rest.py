@@ -28,6 +28,8 @@ FIRST_SHARE: Final = 0.5
 """A first interval shorter than this part of the next is one with it, where no contact changes between."""
 AT_ONCE: Final = 0.02
 """A contact that changes in less has changed, s: intervals are no shorter."""
+DELAY_MAX: Final = 5.0
+"""s; who waits longer begins anew."""
 LANDED_SHARE: Final = 0.6
 """From this share of a swing on, a foot that is measured on the ground has landed."""
 SAME: Final = 1e-9
@@ -41,25 +43,27 @@ class Rest:
     Attributes:
         plan: the plan.
         time: from when on, s of the plan.
+        delay: by how much later than planned it goes on, s.
         scenario: the rest as a scenario of its own, from t = 0: with the plan's contacts, nodes, goals, loads.
         changes: what of the measured state was changed to make it a start.
     """
 
     plan: Plan
     time: float
+    delay: float
     scenario: Scenario
     changes: tuple[str, ...] = ()
 
     def started(self, state: RobotState) -> Rest:
         """The same from another state. Raises `InputError` if it cannot begin there."""
-        return rest_of(self.plan, self.time, state)
+        return rest_of(self.plan, self.time, state, self.delay)
 
     @property
     def motion(self) -> Callable[[Array], Samples]:
         """The motion of the plan by the time of the rest."""
 
         def motion(times: Array) -> Samples:
-            known = np.clip(times + self.time, 0.0, self.plan.horizon)
+            known = np.clip(np.maximum(times - self.delay, 0.0) + self.time, 0.0, self.plan.horizon)
             return replace(self.plan.sample(known), time=times)
 
         return motion
@@ -84,16 +88,26 @@ def state_at(plan: Plan, time: float) -> MotionState:
     )
 
 
-def rest_of(plan: Plan, time: float, state: RobotState | None = None) -> Rest:
+def rest_of(plan: Plan, time: float, state: RobotState | None = None, delay: float = 0.0) -> Rest:
     """What is left of a plan; see `Plan.rest`."""
     if not 0.0 <= time <= plan.horizon - LEAST:
         rule = f"must lie in [0, {plan.horizon - LEAST:.6g}] s, so that something of the plan is left"
         raise InputError("time", time, rule)
+    if not 0.0 <= delay <= DELAY_MAX:
+        raise InputError("delay", delay, f"must lie in [0, {DELAY_MAX:g}] s")
     given = state_at(plan, time) if state is None else state
     nodes = _nodes(plan, time)
-    standing = _scenario(plan, time, nodes, _swings(plan, time, nodes, given))
+    swings = _swings(plan, time, nodes, given)
+    if delay > 0.0:
+        in_air = [name for name, own in swings.items() if own and own[0][0] < 0.0]
+        if in_air:
+            raise InputError("delay", delay, f"must be 0 while a foot is in the air: {in_air[0]}")
+        before = np.linspace(0.0, delay, 1 + max(1, round(delay / plan.scenario.interval)))
+        nodes = np.concatenate([before, nodes[1:] + delay])
+        swings = {name: [[lift + delay, down + delay] for lift, down in own] for name, own in swings.items()}
+    standing = _scenario(plan, time - delay, nodes, swings, time)
     scenario, changes = begun_at(standing, given)
-    return Rest(plan, time, scenario, changes)
+    return Rest(plan, time, delay, scenario, changes)
 
 
 def _nodes(plan: Plan, time: float) -> Array:
@@ -129,8 +143,17 @@ def _swings(plan: Plan, time: float, nodes: Array, state: RobotState) -> dict[st
     return result
 
 
-def _scenario(plan: Plan, time: float, nodes: Array, swings: dict[str, list[list[float]]]) -> Scenario:
-    """The plan's scenario from a time on, with its contacts and nodes spelled out; its start is not the rest's."""
+def _scenario(
+    plan: Plan, origin: float, nodes: Array, swings: dict[str, list[list[float]]], time: float
+) -> Scenario:
+    """The plan's scenario by a time of its own, with its contacts and nodes spelled out.
+
+    Args:
+        plan: the plan.
+        origin: what is 0 in the rest, s of the plan; before `time` where the rest is put off.
+        nodes, swings: by the time of the rest.
+        time: of the plan where the rest begins, s; it stands there until it is told its start.
+    """
     old = plan.scenario
     horizon = float(nodes[-1])
     data: dict[str, Any] = old.to_dict()
@@ -138,18 +161,18 @@ def _scenario(plan: Plan, time: float, nodes: Array, swings: dict[str, list[list
     data["gait"] = {"kind": "schedule", **gait, **swings, "nodes": nodes.tolist()}
     data["horizon"] = horizon
     goals = [{"at": 0.0, **{key: data["goal"][key] for key in ("x", "y", "yaw_deg")}}, *data["goal"]["then"]]
-    now = max(k for k, goal in enumerate(goals) if goal["at"] <= time + SAME)
+    now = max(k for k, goal in enumerate(goals) if k == 0 or goal["at"] <= origin + SAME)
     first = {key: value for key, value in goals[now].items() if key != "at"}
-    then = [{**goal, "at": goal["at"] - time} for goal in goals[now + 1 :] if goal["at"] - time < horizon]
+    then = [{**goal, "at": goal["at"] - origin} for goal in goals[now + 1 :] if goal["at"] - origin < horizon]
     data["goal"] = {**first, "then": then}
     data["loads"]["wrench"] = [
         {
             **wrench.model_dump(mode="json"),
-            "start": max(0.0, wrench.start - time),
-            "end": None if wrench.end is None else wrench.end - time,
+            "start": max(0.0, wrench.start - origin),
+            "end": None if wrench.end is None else wrench.end - origin,
         }
         for wrench in old.wrenches
-        if wrench.end is None or wrench.end > time + SAME
+        if wrench.end is None or wrench.end > origin + SAME
     ]
     # the place is checked with the state: until then it stands where the plan does
     data["start"] = {"motion": _as_motion(plan, time)}

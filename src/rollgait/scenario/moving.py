@@ -85,7 +85,9 @@ def begun_at(scenario: Scenario, state: RobotState) -> tuple[Scenario, tuple[str
     moving = state if isinstance(state, MotionState) else _moving(state)
     _check_shapes(moving)
     fit = _Fit(scenario, moving)
-    return scenario.with_values({"start": {"motion": fit.motion().model_dump(mode="json")}}), tuple(fit.changes)
+    return scenario.with_values({"start": {"motion": fit.motion().model_dump(mode="json")}}), tuple(
+        fit.changes
+    )
 
 
 def _moving(state: Any) -> MotionState:

@@ -70,7 +70,9 @@ def check_continues(
     begin = path.at(np.zeros(1))
     differ = [name for name, a, b in zip(LEG_NAMES, stand, shall_stand, strict=True) if a != b]
     if differ:
-        raise InputError("plan", ", ".join(differ), "must stand or swing as the plan has it where that begins")
+        raise InputError(
+            "plan", ", ".join(differ), "must stand or swing as the plan has it where that begins"
+        )
     away = float(np.linalg.norm(state.com_position - begin.com_position[0]))
     foot = float(np.linalg.norm((state.foot_position - begin.foot_position[0])[:, :2], axis=1).max())
     speed = float(np.linalg.norm(state.com_velocity - begin.com_velocity[0]))

@@ -29,16 +29,16 @@ def main() -> None:
 
 
 def _done(planner: Planner, task: Task) -> Answer:
-    begin = time.perf_counter()
+    begin = time.process_time()
     found, message = None, ""
     try:
-        found = planner.plan(task.plan.rest(task.time, task.state), diagnose=False)
+        found = planner.plan(task.plan.rest(task.time, task.state, task.delay), diagnose=False)
         failures = found.certificate().failures
         if failures:
             found, message = None, f"the new plan is not certified: {failures[0].name}"
     except RollgaitError as error:
         message = str(error)
-    return Answer(found, message, time.perf_counter() - begin)
+    return Answer(found, message, time.process_time() - begin)
 
 
 if __name__ == "__main__":

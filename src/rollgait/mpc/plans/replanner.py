@@ -7,8 +7,6 @@ it takes over, if it is ready and the robot moves as it begins; else it is throw
 from __future__ import annotations
 
 import math
-import time as wall
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -24,6 +22,8 @@ from rollgait.plant.state import RobotState
 
 AHEAD: Final = 0.5
 """s of the robot's time, which planning may take: a rest of 10 s takes 0.1 to 0.4 s."""
+STANDING: Final = 0.5
+"""For so long a robot that had to wait stands on before the rest goes on, s: its weight may have to shift."""
 OFF: Final = 0.03
 """From so far off the plan on it no longer fits: CoM or a foot in the ground plane, m."""
 OFF_YAW: Final = math.radians(4.0)
@@ -46,7 +46,7 @@ class Replacement:
         why: what no longer fitted.
         done: whether it took over.
         message: why not.
-        seconds: of wall time that planning took; 0 if it was not ready.
+        seconds: of processor time that planning took; 0 if it was not ready.
     """
 
     time: float
@@ -68,8 +68,8 @@ class _Pending:
     plan_time: float
     why: str
     number: int
-    until: float
-    """Of the wall clock: a robot in real time would have the plan by then."""
+    waited: bool
+    """Whether the plan waited when this was asked for."""
 
 
 class Replanner:
@@ -78,13 +78,15 @@ class Replanner:
     Args:
         mpc: the controller.
         plans: those that it follows, in order; one that is replaced is followed by the new one.
+        waits: whether time waits for a plan, as in a simulation: planning may take `AHEAD` of processor time
+            then, however busy the machine is. A real robot's time does not.
 
     Attributes:
         replacements: all that were tried.
     """
 
-    def __init__(self, mpc: Mpc, plans: list[Plan]) -> None:
-        self._mpc, self._plans = mpc, plans
+    def __init__(self, mpc: Mpc, plans: list[Plan], waits: bool = True) -> None:
+        self._mpc, self._plans, self._waits = mpc, plans, waits
         self.replacements: list[Replacement] = []
         self._pending: _Pending | None = None
         self._off_since, self._next = math.inf, 0.0
@@ -106,6 +108,8 @@ class Replanner:
         if progress is None or progress.phase in ("done", "given up", "joining"):
             self._pending, self._off_since = None, math.inf
             return
+        if self._pending is not None and self._pending.waited != (progress.phase == "holding"):
+            self._pending = None  # it was asked for from another way to go on
         if self._pending is not None:
             if state.time >= self._pending.begin - 0.5 * self._mpc.settings.period:
                 pending, self._pending = self._pending, None
@@ -139,15 +143,18 @@ class Replanner:
         plan, plan_time = self._plans[progress.number], progress.plan_time + ahead
         if plan_time > plan.horizon - LEAST:
             return
-        until = wall.perf_counter() + mpc.stretch * AHEAD
-        self._worker.ask(Task(plan, plan_time, expected))
-        self._pending = _Pending(expected.time, plan_time, why, progress.number, until)
+        waited = progress.phase == "holding"
+        self._worker.ask(Task(plan, plan_time, expected, STANDING if waited else 0.0))
+        self._pending = _Pending(expected.time, plan_time, why, progress.number, waited)
 
     def _take_over(self, pending: _Pending, progress: Progress) -> None:
         """The plan that was asked for begins, or is thrown away."""
-        answer = self._worker.answer(max(0.0, pending.until - wall.perf_counter()))
+        answer = self._worker.answer(READY if self._waits else 0.0)
         message, seconds = "it was not ready in time", 0.0
-        if progress.number != pending.number:
+        if answer is not None and self._waits and answer.seconds > AHEAD:
+            seconds = answer.seconds
+            message = f"planning took {seconds:.2f} s, more than {AHEAD:g} s"
+        elif progress.number != pending.number:
             message = "another plan is followed by now"
         elif answer is not None:
             message, seconds = answer.message, answer.seconds
@@ -157,8 +164,6 @@ class Replanner:
                     self._plans.insert(pending.number + 1, answer.plan)
                 except InputError as error:
                     message = f"it no longer fits either ({error})"
-        found = Replacement(
-            pending.begin, pending.plan_time, pending.why, not message, message, seconds
-        )
+        found = Replacement(pending.begin, pending.plan_time, pending.why, not message, message, seconds)
         self.replacements.append(found)
         self._mpc.note(str(found))

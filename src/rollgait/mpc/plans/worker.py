@@ -20,16 +20,17 @@ from rollgait.plant.state import RobotState
 
 @dataclass(frozen=True)
 class Task:
-    """The rest of a plan from a time of it on, s, from a state, or as planned."""
+    """The rest of a plan from a time of it on, s, from a state, or as planned; put off by a delay, s."""
 
     plan: Plan
     time: float
     state: RobotState | None
+    delay: float = 0.0
 
 
 @dataclass(frozen=True)
 class Answer:
-    """A certified plan, or why there is none; after how long, s of wall time."""
+    """A certified plan, or why there is none; after how long, s of processor time."""
 
     plan: Plan | None
     message: str

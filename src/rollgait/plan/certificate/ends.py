@@ -95,10 +95,31 @@ def _check_moving_start(case: Case, begin: Samples, motion: Motion) -> Iterator[
     if case.terrain is not None:  # the height of feet that stand the ground says
         apart[..., 2] = np.where(begin.contact, 0.0, apart[..., 2])
     stated = (
-        ("start_position", "CoM at the start", "m", begin.com_position, motion.com_position, tol.START_POSITION),
+        (
+            "start_position",
+            "CoM at the start",
+            "m",
+            begin.com_position,
+            motion.com_position,
+            tol.START_POSITION,
+        ),
         ("start_angle", "orientation at the start", "rad", begin.euler, motion.euler, tol.END_ANGLE),
-        ("start_velocity", "CoM velocity at the start", "m/s", begin.com_velocity, motion.com_velocity, tol.END_SPEED),
-        ("start_rate", "angular rates at the start", "rad/s", begin.euler_rate, motion.euler_rate, tol.END_RATE),
+        (
+            "start_velocity",
+            "CoM velocity at the start",
+            "m/s",
+            begin.com_velocity,
+            motion.com_velocity,
+            tol.END_SPEED,
+        ),
+        (
+            "start_rate",
+            "angular rates at the start",
+            "rad/s",
+            begin.euler_rate,
+            motion.euler_rate,
+            tol.END_RATE,
+        ),
     )
     for name, description, unit, is_so, said, limit in stated:
         away = _norm(is_so - np.array(said))
