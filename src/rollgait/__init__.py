@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from rollgait.planner import Planner, plan
     from rollgait.plant.control import Control
     from rollgait.plant.disturbances import Payload, Push
+    from rollgait.plant.moving import MotionState
     from rollgait.plant.state import RobotState
     from rollgait.robot.importing import import_robot
     from rollgait.robot.library import find_robot, robot_names
@@ -65,6 +66,7 @@ __all__ = [
     "LaterGoal",
     "Load",
     "Loads",
+    "MotionState",
     "Mpc",
     "NotSolvedError",
     "Outcome",
@@ -129,6 +131,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "LaterGoal": "scenario.scenario",
             "Load": "robot.loads",
             "Loads": "robot.loads",
+            "MotionState": "plant.moving",
             "Mpc": "mpc.mpc",
             "NotSolvedError": "errors",
             "Outcome": "many",

@@ -111,7 +111,7 @@ def _warm(problem: Problem, earlier: Plan | Rest) -> MotionGuess:
 
 
 def from_start(problem: Problem, motion: MotionGuess) -> MotionGuess:
-    """A motion drawn to the start of a problem that begins in motion: it is on its own way half a second later.
+    """A motion drawn to the start of a problem that begins in motion; it is on its own way `BACK` later.
 
     A foot that stands and cannot roll is so at the end of its next swing.
     """

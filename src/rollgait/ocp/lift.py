@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class InAir:
-    """Feet at t = 0: how high above the ground of their first interval, (4,), m, and how fast they rise, m/s."""
+    """Feet at t = 0: height above the ground that they come from, (4,), m, and how fast they rise, m/s."""
 
     height: Array
     rate: Array

@@ -148,7 +148,7 @@ class Problem:
 
     @property
     def start_height(self) -> Array:
-        """How high feet are at t = 0 above the ground of their first interval, (4,), m; 0 of those that stand."""
+        """How high feet are at t = 0 above the ground of their first interval, (4,), m; 0 if they stand."""
         first = np.zeros(1, dtype=np.intp)
         height = self.start.p_foot[:, 2] - self.footing.height(first, self.start.p_foot[None, :, :2])[0]
         return np.where(self._in_air, height, 0.0)

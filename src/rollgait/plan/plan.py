@@ -238,7 +238,7 @@ class Plan(Shown, Tabular):
         return state_at(self, time)
 
     def rest(self, time: float, state: RobotState | None = None, delay: float = 0.0) -> Rest:
-        """What is left of the plan from a time on, to be planned anew: `rollgait.plan(plan.rest(time, state))`.
+        """What is left of the plan from a time on, for another plan: `rollgait.plan(plan.rest(time))`.
 
         Args:
             time: s of the plan.

@@ -1,4 +1,4 @@
-"""What is left of a plan from some time on: the scenario of it, and the motion as a start for who plans it anew."""
+"""What is left of a plan from some time on: its scenario, and its motion to start a new plan from."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Rest:
         plan: the plan.
         time: from when on, s of the plan.
         delay: by how much later than planned it goes on, s.
-        scenario: the rest as a scenario of its own, from t = 0: with the plan's contacts, nodes, goals, loads.
+        scenario: the rest as a scenario of its own, from t = 0: the plan's contacts, nodes, goals, loads.
         changes: what of the measured state was changed to make it a start.
     """
 

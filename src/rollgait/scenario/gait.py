@@ -181,7 +181,7 @@ class Schedule(BaseGait):
     kind: Literal["schedule"] = "schedule"
     """Kind of the gait."""
     FL: Annotated[tuple[Swing, ...], AfterValidator(_checked_swings)] = ()
-    """Swings of the front left foot, [[lift-off, touch-down], …], s; one that has begun has a lift-off < 0."""
+    """Swings of the front left foot, [[lift-off, touch-down], …], s; lift-off < 0: it has begun."""
     FR: Annotated[tuple[Swing, ...], AfterValidator(_checked_swings)] = ()
     """Swings of the front right foot, s."""
     HL: Annotated[tuple[Swing, ...], AfterValidator(_checked_swings)] = ()

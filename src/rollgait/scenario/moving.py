@@ -146,8 +146,8 @@ class _Fit:
             "heading": heading,
             "speed": speed,
         }
-        data: dict[str, Any] = {name: np.asarray(value).tolist() for name, value in values.items()}
-        return Motion(**data, force=None if force is None else force.tolist())
+        numbers: dict[str, Any] = {name: np.asarray(value).tolist() for name, value in values.items()}
+        return Motion(**numbers, force=None if force is None else force.tolist())
 
     def _put_down(self, place: Array, in_air: NDArray[np.bool_]) -> None:
         """Feet that stand are on the ground, and none is in it."""

@@ -98,7 +98,7 @@ class Start(Config):
         return {**data, **own, "motion": motion}
 
     def feet(self, stance: Array) -> Array:
-        """Places of the feet in the plane, (4, 2), m: those of the motion, or the nominal ones of `stance`."""
+        """Places of the feet in the plane, (4, 2), m: of the motion, or the nominal ones of `stance`."""
         if self.motion is not None:
             return self.motion.feet[:, :2]
         return np.array([self.x, self.y]) + turned(stance, math.radians(self.yaw_deg))[:, :2]

@@ -58,7 +58,8 @@ class Replacement:
 
     def __str__(self) -> str:
         if self.done:
-            return f"the plan is replaced at t = {self.time:.2f} s because {self.why} (planned in {self.seconds:.2f} s)"
+            took = f"(planned in {self.seconds:.2f} s)"
+            return f"the plan is replaced at t = {self.time:.2f} s because {self.why} {took}"
         return f"the plan is not replaced at t = {self.time:.2f} s, though {self.why}: {self.message}"
 
 
@@ -126,7 +127,10 @@ class Replanner:
         away = float(np.hypot(*(state.com_position - planned.com_position)[:2]))
         feet = float(np.linalg.norm((state.foot_position - planned.foot_position)[:, :2], axis=1).max())
         turned = abs((state.euler[0] - planned.euler[0] + math.pi) % (2.0 * math.pi) - math.pi)
-        gap = f"the CoM is {1e3 * away:.0f} mm, a foot {1e3 * feet:.0f} mm, the yaw {math.degrees(turned):.1f} degrees off"
+        gap = (
+            f"the CoM is {1e3 * away:.0f} mm, a foot {1e3 * feet:.0f} mm, "
+            f"the yaw {math.degrees(turned):.1f} degrees off"
+        )
         if progress.phase == "holding":
             return f"it had to wait: {gap}"
         if max(away, feet) <= OFF and turned <= OFF_YAW:

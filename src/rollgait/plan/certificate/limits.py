@@ -115,7 +115,7 @@ def check_speeds(case: Case) -> Iterator[Row]:
 
 
 def check_accelerations(case: Case) -> Iterator[Row]:
-    """Jumps of the feet's speeds between intervals, over the mean of their lengths; at first from the start's.
+    """Jumps of the feet's speeds between intervals, over the mean of their lengths; at first from the start.
 
     Of feet that move freely in swing the larger component counts, but not their stop when they land.
     """
