@@ -2,9 +2,9 @@
 
     python benchmarks/replanning.py [--scenarios NAME,NAME] [--plants rigid,mujoco] [--states 5] [--out FILE]
 
-Each run carries out a plan and is pushed with 50 N for 0.2 s at a random time in a random direction; at random
-times the rest of the plan is planned anew from the measured state. Time is that of the processor, which counts
-on a busy machine; that of the wall is beside it. Prints Markdown; exit status 1 if fewer than 95 % are
+Each run carries out a plan and is pushed with 50 N for 0.2 s at a random time in a random direction; at
+random times the rest of the plan is planned anew from the measured state. Time is that of the processor,
+which counts on a busy machine; that of the wall is beside it. Prints Markdown; exit status 1 if fewer than 95 % are
 certified, or one of them took more than 0.5 s.
 """
 
@@ -48,7 +48,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class Replanned:
-    """What came of a moment: how far it was off its plan (m), seconds of processor and wall, and what failed."""
+    """What came of a moment: how far it was off (m), seconds of processor and wall, and what failed."""
 
     off: float
     processor: float
@@ -79,10 +79,17 @@ def main() -> int:
             print(*rows[-1], [one.failed for one in found if one.failed], file=sys.stderr, flush=True)
     certified = [one for one in every if not one.failed]
     slow = sum(one.processor > SECONDS for one in certified)
-    head = ("plan", "plant", "certified", "off its plan, mm, most", "processor, s: median, most", "wall, s: most")
+    head = (
+        "plan",
+        "plant",
+        "certified",
+        "off its plan, mm, most",
+        "processor, s: median, most",
+        "wall, s: most",
+    )
     page = [
         "# Replanning in mid-motion",
-        f"{len(certified)} of {len(every)} certified, {slow} of them in more than {SECONDS:g} s of processor time.",
+        f"{summary}, {slow} of them in more than {SECONDS:g} s of processor time.",
         machine(),
         table(head, rows),
         *[f"- failed: {one.failed}" for one in every if one.failed],
