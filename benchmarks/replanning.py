@@ -87,6 +87,7 @@ def main() -> int:
         "processor, s: median, most",
         "wall, s: most",
     )
+    summary = f"{len(certified)} of {len(every)} certified"
     page = [
         "# Replanning in mid-motion",
         f"{summary}, {slow} of them in more than {SECONDS:g} s of processor time.",
