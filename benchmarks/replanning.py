@@ -4,8 +4,8 @@
 
 Each run carries out a plan and is pushed with 50 N for 0.2 s at a random time in a random direction; at
 random times the rest of the plan is planned anew from the measured state. Time is that of the processor,
-which counts on a busy machine; that of the wall is beside it. Prints Markdown; exit status 1 if fewer than 95 % are
-certified, or one of them took more than 0.5 s.
+which counts on a busy machine; that of the wall is beside it. Prints Markdown; exit status 1 if fewer than
+95 % are certified, or one of them took more than 0.5 s.
 """
 
 from __future__ import annotations

@@ -503,9 +503,7 @@ class Scenario(Shown, Config):
 
 def _feet(pose: Goal | LaterGoal, stance: NDArray[np.float64]) -> NDArray[np.float64]:
     """Nominal places of the feet in the plane at a pose, (4, 2), m."""
-    yaw = math.radians(pose.yaw_deg)
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.asarray(np.array([pose.x, pose.y]) + stance[:, :2] @ np.array([[c, s], [-s, c]]))
+    return np.array([pose.x, pose.y]) + turned(stance[:, :2], math.radians(pose.yaw_deg))
 
 
 def _discovers(gait: Any) -> bool:
