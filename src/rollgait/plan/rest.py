@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from rollgait.errors import InputError
 from rollgait.plan.samples import Samples
@@ -16,9 +16,7 @@ from rollgait.plant.state import RobotState
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario.moving import begun_at
 from rollgait.scenario.scenario import Scenario
-
-if TYPE_CHECKING:
-    from rollgait.plan.plan import Plan
+from rollgait.scenario.schedule import ContactSchedule
 
 Array = NDArray[np.float64]
 
@@ -36,6 +34,25 @@ SAME: Final = 1e-9
 """s; two times nearer than this are one."""
 
 
+class Planned(Protocol):
+    """A plan, as far as its rest asks."""
+
+    @property
+    def scenario(self) -> Scenario:
+        """What was asked."""
+
+    @property
+    def schedule(self) -> ContactSchedule:
+        """Which foot is on the ground when."""
+
+    @property
+    def horizon(self) -> float:
+        """T, s."""
+
+    def sample(self, time: ArrayLike) -> Samples:
+        """The motion at one or more times."""
+
+
 @dataclass(frozen=True, eq=False)
 class Rest:
     """What is left of a plan, as it is to be planned anew.
@@ -48,7 +65,7 @@ class Rest:
         changes: what of the measured state was changed to make it a start.
     """
 
-    plan: Plan
+    plan: Planned
     time: float
     delay: float
     scenario: Scenario
@@ -69,7 +86,7 @@ class Rest:
         return motion
 
 
-def state_at(plan: Plan, time: float) -> MotionState:
+def state_at(plan: Planned, time: float) -> MotionState:
     """The state of a plan at a time; see `Plan.state_at`."""
     at = plan.sample(float(time))
     heading = at.heading
@@ -88,7 +105,7 @@ def state_at(plan: Plan, time: float) -> MotionState:
     )
 
 
-def rest_of(plan: Plan, time: float, state: RobotState | None = None, delay: float = 0.0) -> Rest:
+def rest_of(plan: Planned, time: float, state: RobotState | None = None, delay: float = 0.0) -> Rest:
     """What is left of a plan; see `Plan.rest`."""
     if not 0.0 <= time <= plan.horizon - LEAST:
         rule = f"must lie in [0, {plan.horizon - LEAST:.6g}] s, so that something of the plan is left"
@@ -110,7 +127,7 @@ def rest_of(plan: Plan, time: float, state: RobotState | None = None, delay: flo
     return Rest(plan, time, delay, scenario, changes)
 
 
-def _nodes(plan: Plan, time: float) -> Array:
+def _nodes(plan: Planned, time: float) -> Array:
     """Nodes of the rest, by its own time, (M + 1,), s: the plan's, but for a first one that is too near."""
     all_nodes, changes = plan.schedule.node_times, np.append(plan.schedule.changes, True)
     later = np.flatnonzero(all_nodes > time + SAME)
@@ -122,7 +139,7 @@ def _nodes(plan: Plan, time: float) -> Array:
     return np.concatenate([[0.0], nodes])
 
 
-def _swings(plan: Plan, time: float, nodes: Array, state: RobotState) -> dict[str, list[list[float]]]:
+def _swings(plan: Planned, time: float, nodes: Array, state: RobotState) -> dict[str, list[list[float]]]:
     """Swings of the rest by leg: (lift-off, touch-down), s; a lift-off before 0 has been."""
     result: dict[str, list[list[float]]] = {name: [] for name in LEG_NAMES}
     times = plan.schedule.node_times
@@ -144,7 +161,7 @@ def _swings(plan: Plan, time: float, nodes: Array, state: RobotState) -> dict[st
 
 
 def _scenario(
-    plan: Plan, origin: float, nodes: Array, swings: dict[str, list[list[float]]], time: float
+    plan: Planned, origin: float, nodes: Array, swings: dict[str, list[list[float]]], time: float
 ) -> Scenario:
     """The plan's scenario by a time of its own, with its contacts and nodes spelled out.
 
@@ -181,7 +198,7 @@ def _scenario(
     return scenario.model_copy(update={"ground": old.ground})
 
 
-def _as_motion(plan: Plan, time: float) -> dict[str, Any]:
+def _as_motion(plan: Planned, time: float) -> dict[str, Any]:
     at = plan.sample(time)
     return {
         "com_position": at.com_position.tolist(),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,62 +11,20 @@ from rollgait.errors import InputError
 from rollgait.plant.moving import MOVING_SHAPES, MotionState
 from rollgait.plant.state import RobotState
 from rollgait.robot.robot import LEG_NAMES
+from rollgait.scenario.begun import ON_GROUND
+from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.start import Motion
-
-if TYPE_CHECKING:
-    from rollgait.scenario.scenario import Scenario
 
 Array = NDArray[np.float64]
 
-ON_GROUND: Final = 1e-4
-"""m; what the certificate allows a start to be away from its place."""
 PUT_DOWN: Final = 0.02
 """Farthest that a foot which stands by the gait may be measured off the ground, m: legs sag by 1 cm."""
 TOO_FAST: Final = 0.2
 """By how much a foot may be measured faster than its limit, m/s."""
 TURNED: Final = 0.1
 """By how much a wheel that does not steer may be measured to point elsewhere, rad."""
-TILT_MAX: Final = 0.5
-"""Pitch or roll from which on a robot falls rather than moves, rad."""
-COM_SPEED_MAX: Final = 3.0
-"""Of the CoM, m/s; no robot here goes on from that."""
 WORTH_SAYING: Final = 1e-6
 """A change by less is rounding, SI units."""
-
-
-def check_moving_start(scenario: Scenario) -> None:
-    """Raises `InputError` where swings that have begun and the motion at the start do not go together."""
-    motion, begun = scenario.start.motion, scenario.schedule.begun
-    if motion is None:
-        for name, time in zip(LEG_NAMES, begun, strict=True):
-            if time > 0.0:
-                rule = "lifts off before t = 0, which needs a start in motion (start.motion)"
-                raise InputError(f"gait.{name}", f"t = {-time:.4g} s", rule)
-        return
-    timing = scenario.gait.timing
-    if scenario.gait.kind == "discover" or (timing is not None and timing.optimize):
-        raise InputError("start.motion", scenario.gait.kind, "needs a gait whose times are given")
-    _check_rates(motion)
-    if scenario.ground.kind != "flat":
-        return  # on slopes a plan's own ground is near the true one, which the certificate compares
-    level = scenario.ground.height
-    for leg, name in enumerate(LEG_NAMES):
-        z = motion.foot_position[leg][2]
-        if begun[leg] == 0.0 and abs(z - level) > ON_GROUND:
-            rule = f"must be {level:g} m, as the gait has the foot on the ground at t = 0"
-            raise InputError(f"start.motion.foot_position.{name}.z", z, rule)
-        if z < level - ON_GROUND:
-            raise InputError(f"start.motion.foot_position.{name}.z", z, "is below the ground")
-
-
-def _check_rates(motion: Motion) -> None:
-    tilt = max(abs(motion.euler[1]), abs(motion.euler[2]))
-    if tilt > TILT_MAX:
-        rule = f"must be at most {TILT_MAX:g} rad of pitch or roll: such a robot falls"
-        raise InputError("start.motion.euler", tilt, rule)
-    speed = float(np.linalg.norm(motion.com_velocity))
-    if speed > COM_SPEED_MAX:
-        raise InputError("start.motion.com_velocity", speed, f"must be at most {COM_SPEED_MAX:g} m/s")
 
 
 def begun_at(scenario: Scenario, state: RobotState) -> tuple[Scenario, tuple[str, ...]]:

@@ -20,9 +20,9 @@ from rollgait.presented import Shown
 from rollgait.robot.library import find_robot
 from rollgait.robot.loads import Loads, Wrench
 from rollgait.robot.robot import LEG_NAMES, Robot, turn_lever
+from rollgait.scenario.begun import check_moving_start
 from rollgait.scenario.gait import GAIT_KINDS, GAITS, BaseGait, Discover, Drive, Gait
 from rollgait.scenario.library_maps import heights_of_the_library
-from rollgait.scenario.moving import check_moving_start
 from rollgait.scenario.profile import (
     CLEARANCE,
     CLEARANCE_OF_HEIGHT,
@@ -345,7 +345,8 @@ class Scenario(Shown, Config):
         self._check_loads()
         if self.start.motion is None:
             self._check_steering()
-        check_moving_start(self)
+        level = self.ground.height if self.ground.kind == "flat" else None
+        check_moving_start(self.start.motion, self.gait, self.gait.kind, self.schedule, level)
         self._check_goal_distance()
         if self.ground.kind != "flat":
             self._check_standing()
