@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from rollgait.planner import Planner, plan
     from rollgait.plant.control import Control
     from rollgait.plant.disturbances import Payload, Push
+    from rollgait.plant.moving import MotionState
     from rollgait.plant.state import RobotState
     from rollgait.robot.importing import import_robot
     from rollgait.robot.library import find_robot, robot_names
@@ -35,7 +36,8 @@ if TYPE_CHECKING:
     from rollgait.robot.robot import Robot
     from rollgait.scenario.gait import Crawl, Drive, Pace, Schedule, Trot, Walk
     from rollgait.scenario.library import find_scenario, scenario_names
-    from rollgait.scenario.scenario import Goal, LaterGoal, Scenario, Start
+    from rollgait.scenario.scenario import Goal, LaterGoal, Scenario
+    from rollgait.scenario.start import Start
     from rollgait.scenario.weights import Bounds, Weights
     from rollgait.searching import search_steps
     from rollgait.simulation import Disturbances, SimulationLog, simulate
@@ -69,6 +71,7 @@ __all__ = [
     "LaterGoal",
     "Load",
     "Loads",
+    "MotionState",
     "Mpc",
     "NotSolvedError",
     "Outcome",
@@ -138,6 +141,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "LaterGoal": "scenario.scenario",
             "Load": "robot.loads",
             "Loads": "robot.loads",
+            "MotionState": "plant.moving",
             "Mpc": "mpc.mpc",
             "NotSolvedError": "errors",
             "Outcome": "many",
@@ -156,7 +160,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "Scenario": "scenario.scenario",
             "Schedule": "scenario.gait",
             "SimulationLog": "simulation",
-            "Start": "scenario.scenario",
+            "Start": "scenario.start",
             "Suggestion": "diagnosis.report",
             "Terrain": "terrain.terrain",
             "Trot": "scenario.gait",

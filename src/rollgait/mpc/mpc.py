@@ -28,7 +28,7 @@ from rollgait.mpc.ground.level import LevelGround
 from rollgait.mpc.incoming import Incoming
 from rollgait.mpc.iterate import Iterate
 from rollgait.mpc.model import RobotModel
-from rollgait.mpc.outlook import outlook
+from rollgait.mpc.outlook import expected_at, outlook
 from rollgait.mpc.prediction import STANDING_STATUS, Event, Mode, Prediction, Status
 from rollgait.mpc.reference import Reference, ReferenceMaker
 from rollgait.mpc.settings import MpcSettings
@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from rollgait.mpc.plans.follower import PlanFollower, Progress
     from rollgait.mpc.plans.wanted import Wanted
     from rollgait.plan.plan import Plan
+    from rollgait.plant.moving import MotionState
 
 log = logging.getLogger("rollgait")
 Array = NDArray[np.float64]
@@ -308,6 +309,43 @@ class Mpc:
         self._plans = PlanFollower(paths, self._reference, self.settings.period, self.note)
         self._put_settings()
         self._follows_from_next = True
+
+    def expected(self, ahead: float) -> MotionState:
+        """The robot as it is expected after a time, with what its feet do then: a plan can begin there.
+
+        Args:
+            ahead: s, of the horizon; the nearest node counts, which the state's time says.
+
+        Raises:
+            InputError: there was no step yet, or the time is beyond the horizon.
+        """
+        if self._last is None:
+            raise InputError("ahead", ahead, "needs a step of the controller before")
+        count, interval = self._fill.count, self._fill.interval
+        node = round(ahead / interval)
+        if not 1 <= node < count:
+            rule = f"must lie in [{interval:g}, {(count - 1) * interval:g}] s, the horizon"
+            raise InputError("ahead", ahead, rule)
+        return expected_at(self._problem, self._iterate, self._fill, self.clock, self._model, self._now, node)
+
+    def replace(self, plan: Plan, time: float) -> None:
+        """In place of the plan that is followed another one, which begins in motion at a time.
+
+        Args:
+            plan: made for `expected`, or with `plan.rest`.
+            time: at which it begins, s; that of the next step or so.
+
+        Raises:
+            InputError: no plan is followed, it is of another robot, or does not begin as the robot moves.
+        """
+        from rollgait.mpc.plans.joining import check_robot
+        from rollgait.mpc.plans.path import PlanPath
+
+        if self._plans is None or self._last is None or self._follows_from_next:
+            raise InputError("plan", plan.robot.name, "needs a plan that is followed, which it replaces")
+        path = PlanPath(plan)
+        check_robot(path, self.robot)
+        self.clock = self._plans.replace(path, self._last.end, time)
 
     def leave(self) -> None:
         """Follows plans no longer: commands count again, in the gait of the last beginning."""
