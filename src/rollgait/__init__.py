@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 from rollgait.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from rollgait.dataset.dataset import Dataset
+    from rollgait.dataset.running import plan_dataset
     from rollgait.diagnosis.entry import diagnose
     from rollgait.diagnosis.report import Diagnosis, Reason, Suggestion
     from rollgait.errors import InputError, NotSolvedError, RollgaitError
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from rollgait.planner import Planner, plan
     from rollgait.plant.control import Control
     from rollgait.plant.disturbances import Payload, Push
+    from rollgait.plant.moving import MotionState
     from rollgait.plant.state import RobotState
     from rollgait.robot.importing import import_robot
     from rollgait.robot.library import find_robot, robot_names
@@ -33,7 +36,8 @@ if TYPE_CHECKING:
     from rollgait.robot.robot import Robot
     from rollgait.scenario.gait import Crawl, Drive, Pace, Schedule, Trot, Walk
     from rollgait.scenario.library import find_scenario, scenario_names
-    from rollgait.scenario.scenario import Goal, LaterGoal, Scenario, Start
+    from rollgait.scenario.scenario import Goal, LaterGoal, Scenario
+    from rollgait.scenario.start import Start
     from rollgait.scenario.weights import Bounds, Weights
     from rollgait.searching import search_steps
     from rollgait.simulation import Disturbances, SimulationLog, simulate
@@ -41,6 +45,8 @@ if TYPE_CHECKING:
     from rollgait.terrain.terrain import Terrain
     from rollgait.timing.worth import timing_gradient
     from rollgait.tracking import JointTrajectory, track
+    from rollgait.view.entry import view
+    from rollgait.view.record import Recording, record
 
 __version__ = "0.1.0"
 
@@ -51,6 +57,7 @@ __all__ = [
     "Control",
     "Cost",
     "Crawl",
+    "Dataset",
     "Diagnosis",
     "Disturbances",
     "Drive",
@@ -64,6 +71,7 @@ __all__ = [
     "LaterGoal",
     "Load",
     "Loads",
+    "MotionState",
     "Mpc",
     "NotSolvedError",
     "Outcome",
@@ -74,6 +82,7 @@ __all__ = [
     "PoseCommand",
     "Push",
     "Reason",
+    "Recording",
     "Robot",
     "RobotState",
     "RollgaitError",
@@ -95,13 +104,16 @@ __all__ = [
     "import_robot",
     "make_loop",
     "plan",
+    "plan_dataset",
     "plan_many",
+    "record",
     "robot_names",
     "scenario_names",
     "search_steps",
     "simulate",
     "timing_gradient",
     "track",
+    "view",
 ]
 
 if not TYPE_CHECKING:  # a type checker would take every misspelt name for one of `Any`
@@ -115,6 +127,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "Control": "plant.control",
             "Cost": "ocp.term",
             "Crawl": "scenario.gait",
+            "Dataset": "dataset.dataset",
             "Diagnosis": "diagnosis.report",
             "Disturbances": "simulation",
             "Drive": "scenario.gait",
@@ -128,6 +141,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "LaterGoal": "scenario.scenario",
             "Load": "robot.loads",
             "Loads": "robot.loads",
+            "MotionState": "plant.moving",
             "Mpc": "mpc.mpc",
             "NotSolvedError": "errors",
             "Outcome": "many",
@@ -138,6 +152,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "PoseCommand": "mpc.command",
             "Push": "plant.disturbances",
             "Reason": "diagnosis.report",
+            "Recording": "view.record",
             "Robot": "robot.robot",
             "RobotState": "plant.state",
             "RollgaitError": "errors",
@@ -145,7 +160,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "Scenario": "scenario.scenario",
             "Schedule": "scenario.gait",
             "SimulationLog": "simulation",
-            "Start": "scenario.scenario",
+            "Start": "scenario.start",
             "Suggestion": "diagnosis.report",
             "Terrain": "terrain.terrain",
             "Trot": "scenario.gait",
@@ -159,12 +174,15 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "import_robot": "robot.importing",
             "make_loop": "mpc.setup",
             "plan": "planner",
+            "plan_dataset": "dataset.running",
             "plan_many": "many",
+            "record": "view.record",
             "robot_names": "robot.library",
             "scenario_names": "scenario.library",
             "search_steps": "searching",
             "simulate": "simulation",
             "timing_gradient": "timing.worth",
             "track": "tracking",
+            "view": "view.entry",
         },
     )

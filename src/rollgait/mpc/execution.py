@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.dynamics.step import rotations
 from rollgait.errors import InputError
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.log import LogWriter, MpcLog, MpcReport
@@ -22,6 +23,7 @@ from rollgait.robot.loads import Loads, Wrench
 from rollgait.robot.robot import LEG_NAMES
 
 if TYPE_CHECKING:
+    from rollgait.mpc.plans.replanner import Replacement, Replanner
     from rollgait.plant.unplanned import UnplannedContact
 
 Array = NDArray[np.float64]
@@ -79,6 +81,7 @@ class ExecutionReport:
         at_limit: for how long a joint was at its torque limit, s.
         unplanned: what else than a foot touched the ground.
         controller: what the controller's own log says.
+        replacements: of plans that no longer fitted, also those that came to nothing.
     """
 
     passed: bool
@@ -104,6 +107,7 @@ class ExecutionReport:
     at_limit: float
     unplanned: tuple[UnplannedContact, ...]
     controller: MpcReport
+    replacements: tuple[Replacement, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -122,6 +126,7 @@ class ExecutionReport:
         data["force_rms"] = dict(zip(LEG_NAMES, self.force_rms, strict=False))
         data["unplanned"] = [contact.model_dump() for contact in self.unplanned]
         data["controller"] = self.controller.to_dict()
+        data["replacements"] = [asdict(one) for one in self.replacements]
         return data
 
 
@@ -172,6 +177,7 @@ def execute(
     loop: ClosedLoop,
     watch: Watch | None = None,
     pushes: Sequence[TimedPush] = (),
+    replan: bool = False,
 ) -> Execution:
     """Lets a closed loop carry out plans, one after the other, and stand at the end.
 
@@ -180,6 +186,7 @@ def execute(
         loop: controller and plant, on the plans' ground.
         watch: called after each step with the time, s; ends the run if it returns True.
         pushes: of the base, in any order.
+        replan: whether plans that no longer fit are replaced, planned by a process in the background.
 
     Raises:
         InputError: there is no plan, one is of another robot, or begins elsewhere.
@@ -187,7 +194,10 @@ def execute(
     if not plans:
         raise InputError("plans", [], "must be at least one plan")
     loop.mpc.follow(*plans)
-    return _Run(plans, loop, watch, pushes).execution()
+    run = _Run(plans, loop, watch, pushes)
+    if not replan:
+        return run.execution()
+    return run.replanning()
 
 
 class _Run:
@@ -196,12 +206,23 @@ class _Run:
     def __init__(
         self, plans: Sequence[Plan], loop: ClosedLoop, watch: Watch | None, pushes: Sequence[TimedPush]
     ) -> None:
-        self._plans, self._loop, self._watch = plans, loop, watch
+        self._plans, self._loop, self._watch = list(plans), loop, watch
+        self._replanner: Replanner | None = None
         self._pushes = sorted(pushes, key=lambda push: push.at)
         self._writer = LogWriter(loop.mpc.robot, loop.plant, loop.mpc.settings.period)
         self._rows: list[tuple[int, float, Array, Array, float]] = []
         self._footholds: list[Foothold] = []
         self._stood: NDArray[np.bool_] = np.ones(len(LEG_NAMES), dtype=bool)
+
+    def replanning(self) -> Execution:
+        """Runs to the end with plans replaced that no longer fit."""
+        from rollgait.mpc.plans.replanner import Replanner
+
+        self._replanner = Replanner(self._loop.mpc, self._plans)
+        try:
+            return self.execution()
+        finally:
+            self._replanner.close()
 
     def execution(self) -> Execution:
         """Runs to the end."""
@@ -217,6 +238,8 @@ class _Run:
                 control, prediction = loop.step(VelocityCommand())
                 self._writer.add(before, control, prediction, loop.mpc.wanted, pose)
                 self._note(control.contact)
+                if self._replanner is not None:
+                    self._replanner.update(plant.state)
                 progress = loop.mpc.progress
                 if plant.fallen:
                     fallen_at = loop.time
@@ -286,6 +309,7 @@ class _Run:
             at_limit=log.period * int((shares >= AT_LIMIT).sum()),
             unplanned=tuple(getattr(plant, "unplanned", {}).values()),
             controller=controller,
+            replacements=() if self._replanner is None else tuple(self._replanner.replacements),
         )
 
     def _final(self, wanted: Samples, pose: Array) -> dict[str, float]:
@@ -296,7 +320,7 @@ class _Run:
             away = pose[:3] - wanted.com_position
         else:
             away = own.base_position - planned_base(plant, wanted)
-        R, R_planned = _rotations(pose[None, 3:])[0], _rotations(wanted.euler[None])[0]
+        R, R_planned = rotations(pose[None, 3:])[0], rotations(wanted.euler[None])[0]
         error = R @ R_planned.T
         return {
             "final_distance": float(np.hypot(*away[:2])),
@@ -311,7 +335,7 @@ def planned_base(plant: Any, wanted: Samples) -> Array:
     from rollgait.tracking.kinematics import InverseKinematics
     from rollgait.tracking.tasks import Target
 
-    R = _rotations(wanted.euler[None])[0]
+    R = rotations(wanted.euler[None])[0]
     target = Target(wanted.com_position, R, wanted.foot_position, wanted.heading, np.zeros(len(LEG_NAMES)))
     return np.asarray(InverseKinematics(plant.follower.model).stand(target).p_base)
 
@@ -325,13 +349,6 @@ def _at(plans: Sequence[Plan], numbers: NDArray[np.int_], times: Array) -> list[
     return rows
 
 
-def _rotations(euler: Array) -> Array:
-    """R of Euler angles (n, 3): (n, 3, 3)."""
-    from rollgait.dynamics.step import rotation
-
-    return np.moveaxis(np.array(rotation(np, list(euler.T))), 2, 0)
-
-
 def _up(euler: Array) -> Array:
     """z axes of bases with Euler angles (n, 3), (n, 3)."""
-    return np.asarray(_rotations(euler)[:, :, 2])
+    return np.asarray(rotations(euler)[:, :, 2])

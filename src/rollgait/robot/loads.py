@@ -12,9 +12,9 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from rollgait.config import Config, NonNegative, Positive, PositiveVector3, Vector3
+from rollgait.config import Config, NonNegative, Number, Positive, PositiveVector3, Vector3
 
 Array = NDArray[np.float64]
 
@@ -62,6 +62,10 @@ class Wrench(Config):
             raise ValueError(f"must end after it starts: {self.end:g} s is not after {self.start:g} s")
         return self
 
+    def acts_at(self, times: Any) -> Any:
+        """Whether it acts at times, s, any shape."""
+        return (times >= self.start) & (times < (np.inf if self.end is None else self.end))
+
     def share_of(self, begins: Array, ends: Array) -> Array:
         """Which part of each stretch of time it acts in, (n,), from 0 to 1."""
         last = np.inf if self.end is None else self.end
@@ -76,6 +80,8 @@ class Loads(Config):
     """What is fixed to the base: one mapping, or a list of them."""
     wrench: tuple[Wrench, ...] = ()
     """Forces and torques on the base: one mapping, or a list of them; they add up."""
+    posture: dict[str, Number] = Field(default_factory=dict)
+    """Angles of joints of no leg, as arms have, by their names in the URDF, rad; needs the whole body."""
 
     @field_validator("payload", "wrench", mode="before")
     @classmethod

@@ -27,7 +27,7 @@ from rollgait.config import (
 )
 from rollgait.errors import InputError
 from rollgait.presented import Shown
-from rollgait.robot.loads import Load, com_offset, steiner
+from rollgait.robot.loads import Load, Loads, com_offset, steiner
 
 LegName = Literal["FL", "FR", "HL", "HR"]
 LEG_NAMES: Final[tuple[LegName, ...]] = ("FL", "FR", "HL", "HR")
@@ -217,6 +217,19 @@ class Shapes(Config):
         """Whether anything is known of them."""
         return bool(self.belly or self.limbs)
 
+    def seen_from(self, shift: NDArray[np.float64]) -> Shapes:
+        """The same shapes from a place that is so far from the one they are seen from, (3,), m."""
+        x, y, z = (float(along) for along in shift)
+        belly = [
+            Box(x=(box.x[0] - x, box.x[1] - x), y=(box.y[0] - y, box.y[1] - y), z=box.z - z)
+            for box in self.belly
+        ]
+        limbs = [
+            sphere.model_copy(update={"centre": tuple((np.array(sphere.centre) - shift).tolist())})
+            for sphere in self.limbs
+        ]
+        return Shapes(belly=tuple(belly), limbs=tuple(limbs))
+
 
 class Robot(Shown, Config):
     """A quadruped as a single rigid body with four feet."""
@@ -355,6 +368,18 @@ class Robot(Shown, Config):
             )
             raise InputError("loads.payload", f"{load.mass:g} kg at {list(load.at)} m", rule) from None
 
+    def with_loads(self, loads: Loads) -> Robot:
+        """The same robot with its arms as loads say, and with what it carries then.
+
+        Raises:
+            InputError: as `with_posture` and `with_payload`.
+            MissingExtraError: a posture needs the extra `whole-body`.
+        """
+        robot = self.with_posture(loads.posture) if loads.posture else self
+        for load in loads.payload:
+            robot = robot.with_load(load)
+        return robot
+
     @property
     def bare(self) -> Robot:
         """The same robot without its loads."""
@@ -374,7 +399,7 @@ class Robot(Shown, Config):
         shift: NDArray[np.float64],
         loads: tuple[Load, ...] | None,
     ) -> Robot:
-        """A copy with other figures, its CoM shifted within the base, where feet and hips stay."""
+        """A copy with other figures, its CoM shifted within the base, where feet, hips and shapes stay."""
         data = self.model_dump(mode="json")
         data["mass"], data["loads"] = float(mass), loads and [load.model_dump() for load in loads]
         rows = {axis: k for k, axis in enumerate("xyz")}
@@ -383,6 +408,7 @@ class Robot(Shown, Config):
             leg["stance"] = (np.array(leg["stance"]) - shift).tolist()
             if leg["limb"] is not None:
                 leg["limb"]["hip"] = (np.array(leg["limb"]["hip"]) - shift).tolist()
+        data["underside"] = self.underside.seen_from(shift).model_dump(mode="json")
         return validate(Robot, data, "robot")
 
     def with_posture(self, joints: Mapping[str, float]) -> Robot:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,12 +14,13 @@ import numpy as np
 
 from rollgait.errors import MissingExtraError, RollgaitError
 from rollgait.plan.samples import Array
+from rollgait.robot.link_poses import link_poses, vector
 from rollgait.robot.robot import Robot
 from rollgait.robot.urdf_files import Urdf, read_urdf
+from rollgait.robot.urdf_shapes import origin_of
 from rollgait.robot.whole_body import WholeBody, find_whole_body
 from rollgait.view import shapes
 from rollgait.view.clip import Clip
-from rollgait.view.kinematics import link_poses, origin_of, vector
 from rollgait.view.rotations import wxyz
 
 GRID = 0.014
@@ -26,6 +28,8 @@ GRID = 0.014
 STIFFNESS = 1e-3
 """How strongly a new vertex is held at the mean of those it replaces, against the planes that meet there."""
 COLOUR = "#A8ADB4"
+
+log = logging.getLogger("rollgait")
 
 
 @dataclass(frozen=True)
@@ -119,13 +123,22 @@ def _scale(element: ET.Element) -> Array:
 
 
 @lru_cache(maxsize=64)
-def _mesh(path: Path, scale: tuple[float, float, float]) -> shapes.Shape:
-    """A mesh file, simplified; mirrored faces are turned so that their outside stays outside."""
+def _mesh(path: Path, scale: tuple[float, float, float]) -> shapes.Shape | None:
+    """A mesh file, simplified; mirrored faces are turned so that their outside stays outside.
+
+    None if it cannot be read, which is said once: a motion can be seen without.
+    """
     try:
         import trimesh
     except ImportError:
         raise MissingExtraError("showing the whole body", "view") from None
-    loaded: Any = trimesh.load_mesh(path)
+    try:
+        loaded: Any = trimesh.load_mesh(path)
+        if len(loaded.faces) == 0:
+            raise ValueError("there is no surface in it")
+    except Exception as error:  # of any of its readers, on a file that somebody else made
+        log.warning("%s cannot be read and is not drawn: %s", path.name, " ".join(str(error).split())[:200])
+        return None
     vertices = np.asarray(loaded.vertices, dtype=float) * np.array(scale)
     faces = np.asarray(loaded.faces)
     if np.prod(scale) < 0.0:
