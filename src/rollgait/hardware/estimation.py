@@ -18,9 +18,9 @@ Array = NDArray[np.float64]
 
 FORCE_TIME: Final = 0.02
 """Time constant of the forces, s: noise of the efforts and what legs weigh more while they speed up."""
-PRESSES: Final = 0.06
-"""A foot presses on the ground from this share of the robot's weight on: a leg that swings shows up to 0.04."""
-LIFTED: Final = 0.04
+PRESSES: Final = 0.08
+"""A foot presses on the ground from this share of the robot's weight on: a leg that swings shows up to 0.07."""
+LIFTED: Final = 0.05
 """It does until it shows less than that."""
 SINGULAR: Final = 1e-3
 """Share of the largest singular value below which efforts say nothing about a direction: a straight knee."""

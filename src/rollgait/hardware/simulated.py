@@ -88,7 +88,7 @@ class SimulatedRobot:
         noise: of the sensors.
         seed: of the noise.
         posture: of the joints at first, (n_j,), rad; as low as the legs let it if not given.
-        place: x, y of the base link and yaw at first, m and rad.
+        place: x, y of the CoM and yaw at first, m and rad.
         terrain: the ground; a plane at height 0 if not given.
         disturbances: what else is not as a controller takes it.
 
@@ -301,11 +301,12 @@ class SimulatedRobot:
 
 
 def _resting(model: WholeBodyModel, joints: Array, place: tuple[float, float, float]) -> Pose:
-    """Level, with its lowest foot on the ground."""
+    """Level, with its lowest foot on the ground and its CoM at a place."""
     x, y, yaw = place
     quaternion = Rotation.from_euler("z", yaw).as_quat()
-    feet = model.state(np.concatenate([[x, y, 0.0], quaternion, joints])).p_foot
-    return Pose(np.array([x, y, -float(feet[:, 2].min())]), quaternion, joints)
+    body = model.state(np.concatenate([np.zeros(3), quaternion, joints]))
+    p_base = np.array([x, y, 0.0]) - [*body.p_com[:2], body.p_foot[:, 2].min()]
+    return Pose(p_base, quaternion, joints)
 
 
 def _vector(v: Array, kind: str = "geometry_msgs/msg/Vector3") -> Any:
