@@ -1,4 +1,4 @@
-"""The bridge: a robot behind a transport, brought up, controlled, and laid down; it stands whenever in doubt."""
+"""A robot behind a transport, brought up, controlled and laid down; in doubt it stands."""
 
 from __future__ import annotations
 
@@ -188,12 +188,7 @@ class Bridge:
             self.mpc.leave()
             self._lies_down, self._since = True, self.plant.time
         elif self.phase == "rising":
-            self._begin_lying()
-        elif self.phase == "stopped":
-            if self.plant.sensors.age <= self.settings.state_timeout and self.plant.is_upright:
-                self._begin_lying()
-            else:
-                self.note("the robot is not laid down: nobody knows how it stands")
+            self._begin_lying()  # from `stopped` it must be enabled first: somebody shall have had a look
 
     def _begin_lying(self) -> None:
         told = self.plant.stage.target
@@ -215,9 +210,14 @@ class Bridge:
             self._stop(f"no state for {self.settings.state_timeout:g} s")
         elif not self.plant.is_upright:
             self._stop("its base is tilted by more than 45 degrees")
-        elif self.phase == "active" and self.mpc.progress is not None and self.operator.silent:
-            if self.mpc.progress.phase != "done":
-                self._stop(f"no command for {self.settings.command_timeout:g} s while a plan is followed")
+        elif self._is_on_its_way and self.operator.silent:
+            self._stop(f"no command for {self.settings.command_timeout:g} s while a plan is followed")
+
+    @property
+    def _is_on_its_way(self) -> bool:
+        """Whether a plan is followed that has not come to its end."""
+        progress = self.mpc.progress if self.phase == "active" else None
+        return progress is not None and progress.phase != "done"
 
     def _stop(self, why: str) -> None:
         if self.phase == "active":
@@ -282,7 +282,7 @@ class Bridge:
         return stands and (slow or self.plant.time - self._since > REST_WITHIN)
 
     def _stand(self) -> None:
-        """A period in which the robot stands: by the controller, which lets feet down, or with its joints held."""
+        """A period of standing: by the controller, which lets feet down, or with the joints held."""
         if self.loop is not None and self._stands_alone:
             self.loop.step(VelocityCommand())
             return

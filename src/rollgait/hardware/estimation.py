@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 FORCE_TIME: Final = 0.02
 """Time constant of the forces, s: noise of the efforts and what legs weigh more while they speed up."""
 PRESSES: Final = 0.08
-"""A foot presses on the ground from this share of the robot's weight on: a leg that swings shows up to 0.07."""
+"""A foot presses from this share of the robot's weight on: a leg that swings shows up to 0.07."""
 LIFTED: Final = 0.05
 """It does until it shows less than that."""
 SINGULAR: Final = 1e-3
@@ -29,7 +29,9 @@ SINGULAR: Final = 1e-3
 def base_rotation(imu: Imu, odometry: Odometry) -> Array:
     """R_world_base: tilt of the IMU, which knows where down is, and yaw of the odometry, which does not drift
     with a gyroscope; (3, 3)."""
-    tilted, turned = (euler_angles(Rotation.from_quat(q).as_matrix()) for q in (imu.quaternion, odometry.quaternion))
+    tilted, turned = (
+        euler_angles(Rotation.from_quat(q).as_matrix()) for q in (imu.quaternion, odometry.quaternion)
+    )
     return np.asarray(Rotation.from_euler("ZYX", [turned[0], tilted[1], tilted[2]]).as_matrix())
 
 
@@ -37,8 +39,7 @@ class BodyEstimator:
     """Puts what sensors say together by the kinematics and dynamics of the whole body.
 
     Sensors give base pose and velocities and joints; CoM, feet, headings and their velocities follow. Forces
-    on the feet are those that the efforts of their legs leave unexplained: quasi-static, accelerations are not
-    known.
+    on the feet are those that the efforts of their legs leave unexplained, as if nothing were accelerated.
 
     Args:
         model: the whole body, with what it carries.

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.hardware.topics import IMU, JOINT_STATES, ODOMETRY, decoded, nanoseconds_of
+from rollgait.hardware.topics import IMU, SENSORS, decoded, nanoseconds_of
 from rollgait.hardware.transports.transport import Transport
+from rollgait.ros.messages import Fields
+from rollgait.ros.topics import JOINT_STATES, ODOMETRY, Topic
 
 Array = NDArray[np.float64]
 
@@ -111,7 +113,7 @@ class Sensors:
         self.joints: Joints | None = None
         self.imu: Imu | None = None
         self.odometry: Odometry | None = None
-        self.streams = {topic.name: Stream(period) for topic in (JOINT_STATES, IMU, ODOMETRY)}
+        self.streams = {topic.name: Stream(period) for topic in SENSORS}
         for topic, take in (
             (JOINT_STATES, self._take_joints),
             (IMU, self._take_imu),
@@ -122,7 +124,9 @@ class Sensors:
     @property
     def age(self) -> float:
         """Of the oldest of the three, s; infinite until all have come."""
-        times = [each.time if each is not None else -np.inf for each in (self.joints, self.imu, self.odometry)]
+        times = [
+            each.time if each is not None else -np.inf for each in (self.joints, self.imu, self.odometry)
+        ]
         return float(self._clock() - min(times))
 
     @property
@@ -130,14 +134,14 @@ class Sensors:
         """Messages that never came."""
         return sum(stream.lost for stream in self.streams.values())
 
-    def _guarded(self, topic: Any, take: Callable[[Any], str]) -> Callable[[bytes], None]:
+    def _guarded(self, topic: Topic, take: Callable[[Fields], str]) -> Callable[[bytes], None]:
         """A subscriber that nothing in a message can end."""
         stream = self.streams[topic.name]
 
         def receive(data: bytes) -> None:
             try:
                 message = decoded(topic, data)
-                stamp = nanoseconds_of(message.header)
+                stamp = nanoseconds_of(message["header"])
             except Exception:  # of bytes from anywhere: what the decoder meets
                 stream.refuse("a message is not of its type")
                 return
@@ -146,8 +150,8 @@ class Sensors:
 
         return receive
 
-    def _take_joints(self, message: Any) -> str:
-        names = tuple(message.name)
+    def _take_joints(self, message: Fields) -> str:
+        names = tuple(message["name"])
         if names != self._order[0]:
             missing = [name for name in self._names if name not in names]
             if missing:
@@ -156,11 +160,8 @@ class Sensors:
             self._order = names, [place[name] for name in self._names]
         order = self._order[1]
         rows = []
-        for part, values in (
-            ("position", message.position),
-            ("velocity", message.velocity),
-            ("effort", message.effort),
-        ):
+        for part in ("position", "velocity", "effort"):
+            values = message[part]
             if len(values) != len(names):
                 return f"{part} has {len(values)} numbers for {len(names)} joints"
             rows.append(np.asarray(values, dtype=float)[order])
@@ -169,28 +170,29 @@ class Sensors:
         self.joints = Joints(self._clock(), *rows)
         return ""
 
-    def _take_imu(self, message: Any) -> str:
-        quaternion, omega = _quaternion(message.orientation), _vector(message.angular_velocity)
+    def _take_imu(self, message: Fields) -> str:
+        quaternion, omega = _quaternion(message["orientation"]), _vector(message["angular_velocity"])
         if quaternion is None or not np.isfinite(omega).all():
             return "the IMU says no orientation, or what is not a number"
         self.imu = Imu(self._clock(), quaternion, omega)
         return ""
 
-    def _take_odometry(self, message: Any) -> str:
-        quaternion = _quaternion(message.pose.pose.orientation)
-        place, velocity = _vector(message.pose.pose.position), _vector(message.twist.twist.linear)
+    def _take_odometry(self, message: Fields) -> str:
+        pose, twist = message["pose"]["pose"], message["twist"]["twist"]
+        quaternion = _quaternion(pose["orientation"])
+        place, velocity = _vector(pose["position"]), _vector(twist["linear"])
         if quaternion is None or not (np.isfinite(place).all() and np.isfinite(velocity).all()):
             return "the odometry says no orientation, or what is not a number"
         self.odometry = Odometry(self._clock(), place, quaternion, velocity)
         return ""
 
 
-def _vector(v: Any) -> Array:
-    return np.array([v.x, v.y, v.z], dtype=float)
+def _vector(v: Fields) -> Array:
+    return np.array([v["x"], v["y"], v["z"]], dtype=float)
 
 
-def _quaternion(q: Any) -> Array | None:
+def _quaternion(q: Fields) -> Array | None:
     """(x, y, z, w) of length 1; None if it is none."""
-    values = np.array([q.x, q.y, q.z, q.w], dtype=float)
+    values = np.array([q["x"], q["y"], q["z"], q["w"]], dtype=float)
     norm = float(np.linalg.norm(values))
     return values / norm if norm > NORM_MIN and np.isfinite(norm) else None

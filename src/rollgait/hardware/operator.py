@@ -6,13 +6,15 @@ import math
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from rollgait.errors import RollgaitError
 from rollgait.hardware.measured import NORM_MIN
-from rollgait.hardware.topics import ENABLE, GOAL, MAP, VELOCITY, decoded
+from rollgait.hardware.topics import ENABLE, GOAL, HEIGHTS, VELOCITY, decoded, types
 from rollgait.hardware.transports.transport import Transport
 from rollgait.mpc.command import PoseCommand, VelocityCommand
+from rollgait.ros.messages import Fields
+from rollgait.ros.topics import Topic
 from rollgait.terrain.map_file import Source
 from rollgait.terrain.readers.grid_map import placed
 from rollgait.terrain.terrain import Terrain
@@ -28,8 +30,8 @@ Note = Callable[[str], None]
 class Operator:
     """Commands as they come, and a dead man's switch.
 
-    Any message of an operator says that somebody is there. The last of velocity and goal counts. `/enable` is a
-    switch: only its way from false to true starts anything.
+    Any message of an operator says that somebody is there. The last of velocity and goal counts. `/enable`
+    is a switch: only its way from false to true starts anything.
 
     Args:
         transport: where commands come from.
@@ -51,14 +53,14 @@ class Operator:
         self._edges: deque[bool] = deque(maxlen=8)
         self._command: VelocityCommand | PoseCommand = VelocityCommand()
         self._refused = ""
-        self._map: Any = None
+        self._map: bytes | None = None
         for topic, take in (
             (VELOCITY, self._take_velocity),
             (GOAL, self._take_goal),
             (ENABLE, self._take_enable),
-            (MAP, self._take_map),
         ):
             transport.subscribe(topic, self._guarded(topic, take))
+        transport.subscribe(HEIGHTS, self._take_map)
 
     @property
     def silent(self) -> bool:
@@ -80,21 +82,23 @@ class Operator:
         self._heard, self._command = -math.inf, VelocityCommand()
 
     def ground(self) -> Terrain | None:
-        """The ground of the last map that nobody has asked for yet; None if there is none, or no usable one."""
-        message, self._map = self._map, None
-        if message is None:
+        """The ground of the last map that nobody has asked for yet; None if no usable one came."""
+        data, self._map = self._map, None
+        if data is None:
             return None
         try:
-            return terrain_from(message)
+            return terrain_from(data)
         except RollgaitError as error:
-            self._refuse(MAP.name, str(error))
-            return None
+            self._refuse(HEIGHTS.name, str(error))
+        except Exception:  # of bytes from anywhere: what the decoder meets
+            self._refuse(HEIGHTS.name, "is not a message of its type")
+        return None
 
     def forget(self) -> None:
         """What was asked for counts no more; it must be asked for anew."""
         self._command = VelocityCommand()
 
-    def _guarded(self, topic: Any, take: Callable[[Any], None]) -> Callable[[bytes], None]:
+    def _guarded(self, topic: Topic, take: Callable[[Fields], None]) -> Callable[[bytes], None]:
         """A subscriber that nothing in a message can end."""
 
         def receive(data: bytes) -> None:
@@ -114,40 +118,40 @@ class Operator:
             self._note(sentence)
         self._refused = sentence
 
-    def _take_velocity(self, message: Any) -> None:
-        linear, angular = message.linear, message.angular
-        self._command = VelocityCommand(
-            forward=float(linear.x), lateral=float(linear.y), turn_rate=float(angular.z)
-        )
+    def _take_velocity(self, message: Fields) -> None:
+        linear, angular = message["linear"], message["angular"]
+        self._command = VelocityCommand(forward=linear["x"], lateral=linear["y"], turn_rate=angular["z"])
         self._heard = self._clock()
 
-    def _take_goal(self, message: Any) -> None:
-        place, q = message.pose.position, message.pose.orientation
-        if not math.hypot(q.x, q.y, q.z, q.w) > NORM_MIN:
+    def _take_goal(self, message: Fields) -> None:
+        place = message["pose"]["position"]
+        x, y, z, w = (message["pose"]["orientation"][axis] for axis in "xyzw")
+        if not math.hypot(x, y, z, w) > NORM_MIN:
             self._refuse(GOAL.name, "its orientation is no quaternion")
             return
-        yaw = math.atan2(2.0 * (q.w * q.z + q.x * q.y), 1.0 - 2.0 * (q.y**2 + q.z**2))
-        self._command = PoseCommand(x=float(place.x), y=float(place.y), yaw_deg=math.degrees(yaw))
+        yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y**2 + z**2))
+        self._command = PoseCommand(x=place["x"], y=place["y"], yaw_deg=math.degrees(yaw))
         self._heard = self._clock()
 
-    def _take_enable(self, message: Any) -> None:
-        switch = bool(message.data)
+    def _take_enable(self, message: Fields) -> None:
+        switch = bool(message["data"])
         if self._switch is not None and switch != self._switch:
             self._edges.append(switch)
         self._switch = switch
         if switch:
             self._heard = self._clock()
 
-    def _take_map(self, message: Any) -> None:
-        self._map = message  # its noise is taken out when it is needed: that takes its time
+    def _take_map(self, data: bytes) -> None:
+        self._map = data  # its noise is taken out when it is needed: that takes its time
 
 
-def terrain_from(message: Any) -> Terrain:
+def terrain_from(data: bytes) -> Terrain:
     """The ground of a GridMap: its layer `elevation`, without its noise.
 
     Raises:
         FileError, InputError: it has no such layer, or contradicts itself.
     """
-    raw = placed(Source(Path(MAP.name), MAP.name), message)
+    source = Source(Path(HEIGHTS.name), HEIGHTS.name)
+    raw = placed(source, types().deserialize_cdr(data, HEIGHTS.type))
     origin = (0.0, 0.0) if raw.origin is None else raw.origin
     return Terrain.from_map(raw.values, raw.resolution or 0.0, origin, yaw=raw.yaw, noise="auto")

@@ -53,7 +53,7 @@ class Rise:
         return np.vstack([measured, ways[int(away.argmin()) :]])
 
     def way_down(self, told: Array) -> Array:
-        """From joints as they were told last, (n_j,), over the stance to the lowest posture, (m, n_j), rad."""
+        """From joints as they were told last, (n_j,), by the stance to the lowest posture, (m, n_j), rad."""
         return np.vstack([told, self._with_wheels(told)[::-1]])
 
     def _with_wheels(self, joints: Array) -> Array:

@@ -7,33 +7,27 @@ reports, and crosses no transport.
 from __future__ import annotations
 
 from collections import deque
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rollgait.config import Config, NonNegative, Positive
-from rollgait.export.ros2 import Topic
 from rollgait.hardware.last_stage import COMMAND_AGE_MAX, LastStage, bounds_of
 from rollgait.hardware.postures import rise_of
-from rollgait.hardware.topics import (
-    IMU,
-    JOINT_COMMANDS,
-    JOINT_STATES,
-    ODOMETRY,
-    decoded,
-    encoded,
-    header_of,
-    make,
-)
+from rollgait.hardware.topics import IMU, JOINT_COMMANDS, decoded, encoded
 from rollgait.hardware.transports.transport import Transport
 from rollgait.plant.disturbances import Disturbances
 from rollgait.plant.stance import standing_state
 from rollgait.plant.state import RobotState
 from rollgait.robot.robot import GRAVITY, Robot
-from rollgait.robot.urdf_model import BASE_V, WholeBodyModel, load_model
+from rollgait.robot.urdf_model import WholeBodyModel, load_model
 from rollgait.robot.whole_body import find_whole_body
+from rollgait.ros import messages
+from rollgait.ros.messages import Fields
+from rollgait.ros.messages import Pose as FramePose
+from rollgait.ros.topics import BASE_LINK, JOINT_STATES, ODOM, ODOMETRY, Topic
 from rollgait.simulation.controller import JointReference
 from rollgait.simulation.drives import gains_of
 from rollgait.simulation.joint_path import JointPath
@@ -48,8 +42,6 @@ Array = NDArray[np.float64]
 
 SETTLING: Final = 0.5
 """How long it rests on the ground before its time begins, s."""
-WORLD: Final = "odom"
-BASE: Final = "base_link"
 
 
 class SensorNoise(Config):
@@ -224,9 +216,10 @@ class SimulatedRobot:
         """Takes a command that names all joints; any other is as if none had come."""
         try:
             message = decoded(JOINT_COMMANDS, data)
-            place = {name: k for k, name in enumerate(message.name)}
+            place = {name: k for k, name in enumerate(message["name"])}
             order = [place[name] for name in self.joint_names]
-            rows = [np.asarray(part, dtype=float)[order] for part in (message.position, message.velocity, message.effort)]
+            parts = (message["position"], message["velocity"], message["effort"])
+            rows = [np.asarray(part, dtype=float)[order] for part in parts]
         except Exception:  # of bytes from anywhere
             return
         self._heard = self.time, JointTarget(*rows)
@@ -250,47 +243,33 @@ class SimulatedRobot:
         now = round(1e9 * (self.time + 1.0))  # a stamp of 0 means "the latest" to tf
         noise = self._noise
         R = Rotation.from_quat(np.roll(data.qpos[3:7], -1))
-        joints = make(
-            JOINT_STATES.type,
-            header=header_of(now),
-            name=list(self.joint_names),
-            position=self._noisy(data.qpos[world.position], noise.joint_position),
-            velocity=self._noisy(data.qvel[world.velocity], noise.joint_velocity),
-            effort=self._noisy(data.actuator_force, noise.effort),
+        joints = messages.joint_state(
+            now,
+            self.joint_names,
+            self._noisy(data.qpos[world.position], noise.joint_position),
+            self._noisy(data.qvel[world.velocity], noise.joint_velocity),
+            self._noisy(data.actuator_force, noise.effort),
         )
         acceleration = (data.qvel[:3] - self._velocity) / noise.period + [0.0, 0.0, GRAVITY]
         self._velocity = data.qvel[:3].copy()
         tilted = R * Rotation.from_rotvec(self._noisy(np.zeros(3), noise.tilt))
-        imu = make(
-            IMU.type,
-            header=header_of(now, BASE),
-            orientation=_quaternion(tilted),
-            orientation_covariance=_covariance(noise.tilt, 9),
-            angular_velocity=_vector(self._noisy(data.qvel[3:6], noise.angular_velocity)),
-            angular_velocity_covariance=_covariance(noise.angular_velocity, 9),
-            linear_acceleration=_vector(self._noisy(R.inv().apply(acceleration), noise.acceleration)),
-            linear_acceleration_covariance=_covariance(noise.acceleration, 9),
-        )
-        turned = Rotation.from_rotvec([0.0, 0.0, float(self._noisy(np.zeros(1), noise.yaw)[0])]) * R
-        place, velocity = self._noisy(data.qpos[:3], noise.place), R.inv().apply(data.qvel[:3])
-        twist = make(
-            "geometry_msgs/msg/Twist",
-            linear=_vector(self._noisy(velocity, noise.velocity)),
-            angular=_vector(self._noisy(data.qvel[3:6], noise.angular_velocity)),
-        )
-        pose = make(
-            "geometry_msgs/msg/Pose",
-            position=_vector(place, "geometry_msgs/msg/Point"),
-            orientation=_quaternion(turned),
-        )
-        odometry = make(
-            ODOMETRY.type,
-            header=header_of(now, WORLD),
-            child_frame_id=BASE,
-            pose=make("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=_covariance(noise.place, 36)),
-            twist=make(
-                "geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=_covariance(noise.velocity, 36)
+        imu: Fields = {
+            "header": messages.header(now, BASE_LINK),
+            "orientation": messages.quaternion(tilted.as_quat()),
+            "orientation_covariance": _covariance(noise.tilt, 3),
+            "angular_velocity": messages.vector(self._noisy(data.qvel[3:6], noise.angular_velocity)),
+            "angular_velocity_covariance": _covariance(noise.angular_velocity, 3),
+            "linear_acceleration": messages.vector(
+                self._noisy(R.inv().apply(acceleration), noise.acceleration)
             ),
+            "linear_acceleration_covariance": _covariance(noise.acceleration, 3),
+        }
+        turned = Rotation.from_rotvec([0.0, 0.0, *self._noisy(np.zeros(1), noise.yaw)]) * R
+        odometry = messages.odometry(
+            now,
+            FramePose(ODOM, BASE_LINK, self._noisy(data.qpos[:3], noise.place), turned.as_quat()),
+            self._noisy(R.inv().apply(data.qvel[:3]), noise.velocity),
+            self._noisy(data.qvel[3:6], noise.angular_velocity),
         )
         due = self.time + noise.latency
         for topic, message in ((IMU, imu), (ODOMETRY, odometry), (JOINT_STATES, joints)):
@@ -309,15 +288,6 @@ def _resting(model: WholeBodyModel, joints: Array, place: tuple[float, float, fl
     return Pose(p_base, quaternion, joints)
 
 
-def _vector(v: Array, kind: str = "geometry_msgs/msg/Vector3") -> Any:
-    return make(kind, x=float(v[0]), y=float(v[1]), z=float(v[2]))
-
-
-def _quaternion(R: Rotation) -> Any:
-    x, y, z, w = R.as_quat().tolist()
-    return make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
-
-
 def _covariance(deviation: float, size: int) -> Array:
-    """The same variance for all, as a row-major square matrix of `size` numbers."""
-    return np.asarray(deviation**2 * np.eye(round(size**0.5))).ravel()
+    """The same variance for all, row by row."""
+    return np.asarray(deviation**2 * np.eye(size)).ravel()

@@ -7,19 +7,18 @@ what the type looks like, which is told from ROS's own definitions.
 
 from __future__ import annotations
 
+import importlib
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any, Final
 
 from rollgait.errors import InputError, MissingExtraError
-from rollgait.export.ros2 import Topic
 from rollgait.hardware.topics import EXTRA, types
 from rollgait.hardware.transports.transport import Receive
+from rollgait.ros.topics import Topic
 
-DEPTH: Final = 10
-"""Messages kept for a reader that is slow; ROS 2's own default."""
 DOMAIN_MAX: Final = 232
 """Largest number of a DDS domain: beyond it there are no ports."""
 TAKEN: Final = 64
@@ -55,7 +54,7 @@ def need_dds() -> None:
         raise MissingExtraError("DDS", EXTRA) from None
 
 
-@lru_cache(maxsize=None)
+@cache
 def idl_type(kind: str) -> type:
     """The type as Cyclone wants it, named as ROS 2 names it on DDS, e.g. of `sensor_msgs/msg/JointState`."""
     from cyclonedds.idl import make_idl_struct
@@ -70,21 +69,20 @@ def idl_type(kind: str) -> type:
 
 def _idl_field(description: Any) -> Any:
     """A field as rosbags describes it: (kind of node, what it holds)."""
-    from cyclonedds.idl.types import array, bounded_str, sequence
-
+    idl: Any = importlib.import_module("cyclonedds.idl.types")
     node, detail = description
     match node.name:
         case "BASE":
             name, bound = detail
-            return bounded_str[bound] if name == "string" and bound else _base(name)
+            return idl.bounded_str[bound] if name == "string" and bound else _base(name)
         case "NAME":
             return idl_type(detail)
         case "ARRAY":
             inner, length = detail
-            return array[_idl_field(inner), length]
+            return idl.array[_idl_field(inner), length]
         case _:
             inner, bound = detail
-            return sequence[_idl_field(inner), bound] if bound else sequence[_idl_field(inner)]
+            return idl.sequence[_idl_field(inner), bound] if bound else idl.sequence[_idl_field(inner)]
 
 
 def _base(name: str) -> Any:
@@ -193,14 +191,14 @@ class DdsTransport:
 
 
 def _qos(topic: Topic) -> Any:
-    """Reliable, the last `DEPTH`: what ROS 2 offers and asks for by default; XCDR1, as it has."""
+    """Reliable, as ROS 2 offers and asks for by default; XCDR1, as it has."""
     from cyclonedds.core import Policy, Qos
     from cyclonedds.util import duration
 
-    durability = Policy.Durability.TransientLocal if topic.latched else Policy.Durability.Volatile
+    durability = Policy.Durability.TransientLocal if topic.quality.latched else Policy.Durability.Volatile
     return Qos(
         Policy.Reliability.Reliable(max_blocking_time=duration(milliseconds=100)),
-        Policy.History.KeepLast(1 if topic.latched else DEPTH),
+        Policy.History.KeepLast(topic.quality.depth),
         durability,
         Policy.DataRepresentation(use_cdrv0_representation=True),
     )

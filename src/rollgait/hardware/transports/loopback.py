@@ -6,8 +6,8 @@ import heapq
 import itertools
 from collections.abc import Callable
 
-from rollgait.export.ros2 import Topic
 from rollgait.hardware.transports.transport import Receive
+from rollgait.ros.topics import Topic
 
 TICK = 1e-3
 """Time goes on in such steps, s."""

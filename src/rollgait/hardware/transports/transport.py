@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
-from rollgait.export.ros2 import Topic
+from rollgait.ros.topics import Topic
 
 Receive = Callable[[bytes], None]
 """Takes a message as CDR."""
