@@ -176,7 +176,7 @@ class Bridge:
         if joints is None:
             return
         if self.phase == "off":
-            self.plant.stage.begin(joints.position, self.plant.time)
+            self.plant.take_hold(joints.position)
             self.plant.estimator.reset()
         told = self.plant.stage.target.position
         self._motion = JointMotion(self._rise.way_up(told), self.settings.rise.speed)

@@ -145,6 +145,10 @@ class HardwarePlant:
 
     # -- joints -----------------------------------------------------------------------------------------
 
+    def take_hold(self, position: Array) -> None:
+        """From now on the joints are told something, beginning where they are, (n_j,), rad."""
+        self.stage.begin(position, self._clock() - self._period)
+
     def begin_at(self, state: RobotState) -> Array:
         """The inverse kinematics begins at a state, wheels turned as they are told now.
 
