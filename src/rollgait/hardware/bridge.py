@@ -130,7 +130,7 @@ class Bridge:
     def note(self, text: str) -> None:
         """Adds an event of now."""
         self.events.append(Event(self.plant.time, text))
-        log.warning("t = %.2f s: %s", self.plant.time, text)
+        log.info("t = %.2f s: %s", self.plant.time, text)
 
     def end(self) -> None:
         """The robot is to lie down, as if `/enable` had been set to false."""

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from rollgait.config import Config, NonNegative, Positive
 from rollgait.hardware.last_stage import COMMAND_AGE_MAX, LastStage, bounds_of
 from rollgait.hardware.postures import rise_of
-from rollgait.hardware.topics import IMU, JOINT_COMMANDS, decoded, encoded
+from rollgait.hardware.topics import IMU, JOINT_COMMANDS, TRUTH, decoded, encoded
 from rollgait.hardware.transports.transport import Transport
 from rollgait.plant.disturbances import Disturbances
 from rollgait.plant.stance import standing_state
@@ -83,6 +83,7 @@ class SimulatedRobot:
         place: x, y of the CoM and yaw at first, m and rad.
         terrain: the ground; a plane at height 0 if not given.
         disturbances: what else is not as a controller takes it.
+        tells_truth: whether it says the truth as well, on `/truth`, for who reports errors.
 
     Attributes:
         joint_names: of the n_j joints.
@@ -101,8 +102,10 @@ class SimulatedRobot:
         place: tuple[float, float, float] = (0.0, 0.0, 0.0),
         terrain: Terrain | None = None,
         disturbances: Disturbances | None = None,
+        tells_truth: bool = False,
     ) -> None:
         self._robot, self._transport = robot, transport
+        self._tells_truth = tells_truth
         self._noise, self._random = noise or SensorNoise(), np.random.default_rng(seed)
         body = find_whole_body(robot)
         model = load_model(body)
@@ -274,6 +277,8 @@ class SimulatedRobot:
         due = self.time + noise.latency
         for topic, message in ((IMU, imu), (ODOMETRY, odometry), (JOINT_STATES, joints)):
             self._late.append((due, topic, encoded(topic, message)))
+        if self._tells_truth:
+            self._transport.publish(TRUTH, encoded(TRUTH, {"data": as_numbers(self.truth, self.touching)}))
 
     def _noisy(self, values: Array, deviation: float) -> Array:
         return np.asarray(values + deviation * self._random.normal(size=len(values)))
@@ -286,6 +291,12 @@ def _resting(model: WholeBodyModel, joints: Array, place: tuple[float, float, fl
     body = model.state(np.concatenate([np.zeros(3), quaternion, joints]))
     p_base = np.array([x, y, 0.0]) - [*body.p_com[:2], body.p_foot[:, 2].min()]
     return Pose(p_base, quaternion, joints)
+
+
+def as_numbers(state: RobotState, touching: NDArray[np.bool_]) -> Array:
+    """What errors are reported of, as one row: CoM, Euler angles, feet, CoM's velocity, contacts, (25,)."""
+    parts = (state.com_position, state.euler, state.foot_position.ravel(), state.com_velocity, touching)
+    return np.concatenate(parts)
 
 
 def _covariance(deviation: float, size: int) -> Array:

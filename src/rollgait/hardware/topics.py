@@ -24,6 +24,9 @@ HEIGHTS: Final = Topic("/elevation_map", GRID_MAP)
 PLAN: Final = Topic("/plan", "nav_msgs/msg/Path")
 DIAGNOSTICS: Final = Topic("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")
 
+TRUTH: Final = Topic("/truth", "std_msgs/msg/Float64MultiArray")
+"""Said by a simulated robot for who reports errors; no part of what a robot says."""
+
 SENSORS: Final = (JOINT_STATES, IMU, ODOMETRY)
 COMMANDS: Final = (VELOCITY, GOAL, ENABLE, HEIGHTS)
 """What the bridge reads, from the robot and from above."""

@@ -105,6 +105,10 @@ class _Raw:
     def deserialize(data: bytes) -> _Raw:
         return _Raw(bytes(data))
 
+    @staticmethod
+    def deserialize_key(data: bytes) -> None:
+        """Of a writer that has gone, Cyclone asks what it wrote about: nothing, these types have no keys."""
+
 
 class DdsTransport:
     """Topics of ROS 2 on a DDS domain.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
@@ -25,6 +26,38 @@ class Transport(Protocol):
 
     def close(self) -> None:
         """Ends it. What is published later goes nowhere."""
+
+
+class Slowed:
+    """A transport in slow motion, for machines that cannot keep up: a second of it takes `factor` seconds.
+
+    Args:
+        inner: the transport.
+        factor: seconds on the wall in a second of all who talk over it; all must have the same.
+    """
+
+    def __init__(self, inner: Transport, factor: float) -> None:
+        self._inner, self._factor = inner, factor
+
+    def clock(self) -> float:
+        """Its time, s."""
+        return time.perf_counter() / self._factor
+
+    def publish(self, topic: Topic, data: bytes) -> None:
+        """Sends a message, as CDR."""
+        self._inner.publish(topic, data)
+
+    def subscribe(self, topic: Topic, receive: Receive) -> None:
+        """From now on hands messages of a topic to `receive`."""
+        self._inner.subscribe(topic, receive)
+
+    def receive(self, seconds: float) -> None:
+        """Hands on what has come; waits for the first, so many of its own seconds at most."""
+        self._inner.receive(self._factor * seconds)
+
+    def close(self) -> None:
+        """Ends it."""
+        self._inner.close()
 
 
 class Several:
