@@ -1,16 +1,17 @@
 """Drive the robot in MuJoCo as hardware would be driven: from another process, over the topics of ROS 2.
 
-python examples/hardware.py [--quick]
+python examples/hardware.py [--quick] [--slow FACTOR]
 
 A simulated robot runs in a process of its own; joint states, IMU and odometry with noise and 5 ms late, and
 joint commands, are all that crosses. It is enabled, driven by `cmd_vel`, carries out a plan, and lies down.
-How far what is estimated is from the truth is reported; the truth crosses on a topic of its own, for that alone.
+How far the estimate is from the truth is reported; the truth crosses on a topic of its own, for that alone.
+On a machine that cannot keep up, everything goes in slow motion: `--slow 4`.
 """
 
 from __future__ import annotations
 
 import argparse
-import time
+from collections.abc import Callable
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from rollgait.hardware.running import run
 from rollgait.hardware.simulated import as_numbers
 from rollgait.hardware.topics import ENABLE, TRUTH, VELOCITY, decoded, encoded
 from rollgait.hardware.transports.dds import DdsTransport
+from rollgait.hardware.transports.transport import Slowed
 from rollgait.mpc.mpc import Mpc
 from rollgait.ros.messages import vector
 
@@ -39,19 +41,19 @@ class Example:
         duration: of the drive, s.
     """
 
-    def __init__(self, bridge: Bridge, plans: bool, duration: float) -> None:
-        self._bridge, self._plans, self._duration = bridge, plans, duration
+    def __init__(self, bridge: Bridge, clock: Callable[[], float], plans: bool, duration: float) -> None:
+        self._bridge, self._clock, self._plans, self._duration = bridge, clock, plans, duration
         self._hand = DdsTransport(DOMAIN)
         self._hand.advertise([ENABLE, VELOCITY])
         self._hand.subscribe(TRUTH, self._compare)
-        self._begin = time.perf_counter()
+        self._begin = clock()
         self._next = 0.0
         self._active_at: float | None = None
         self.errors: list[np.ndarray] = []
 
     def ends(self) -> bool:
         """Says what is due; whether the drive is over."""
-        now = time.perf_counter() - self._begin
+        now = self._clock() - self._begin
         self._hand.receive(0.0)
         if now >= self._next:
             self._next = now + EVERY
@@ -94,16 +96,16 @@ class Example:
         self._hand.close()
 
 
-def drive(mpc: Mpc, plans: list[rg.Plan], duration: float) -> bool:
+def drive(mpc: Mpc, plans: list[rg.Plan], duration: float, slow: float) -> bool:
     """From a lying robot to a lying robot; whether all went as it should."""
-    robot = RobotProcess(RobotSetup(mpc.robot.name, DOMAIN, seed=1, tells_truth=True))
-    transport = DdsTransport(DOMAIN)
-    bridge = Bridge(mpc, transport, plans=plans)
-    example = Example(bridge, bool(plans), duration)
+    robot = RobotProcess(RobotSetup(mpc.robot.name, DOMAIN, seed=1, tells_truth=True, slow=slow))
+    transport = Slowed(DdsTransport(DOMAIN), slow)
+    bridge = Bridge(mpc, transport, clock=transport.clock, plans=plans)
+    example = Example(bridge, transport.clock, bool(plans), duration)
     try:
         run(
             bridge,
-            Reports(transport, time.perf_counter),
+            Reports(transport, transport.clock),
             example.ends,
             lambda event: print(f"  {event.time:6.2f} s  {event.text}"),
         )
@@ -118,14 +120,16 @@ def drive(mpc: Mpc, plans: list[rg.Plan], duration: float) -> bool:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--quick", action="store_true", help="only drive, and not for long")
-    quick = parser.parse_args().quick
+    parser.add_argument("--slow", type=float, default=1.0, help="slow motion, so many times")
+    arguments = parser.parse_args()
+    quick, slow = arguments.quick, arguments.slow
     mpc = Mpc("centauro")
     print("driven by cmd_vel")
-    passed = drive(mpc, [], 3.0 if quick else 8.0)
+    passed = drive(mpc, [], 3.0 if quick else 8.0, slow)
     if not quick:
         print("carries out the plan hybrid-forward")
         plan = rg.plan("hybrid-forward")
-        passed &= drive(mpc, [plan], plan.horizon + 4.0)
+        passed &= drive(mpc, [plan], plan.horizon + 4.0, slow)
     print("the robot lies, as it did at first" if passed else "the robot had to stand")
 
 

@@ -13,7 +13,7 @@ from rollgait.cli.progress import StatusLine
 
 if TYPE_CHECKING:
     from rollgait.hardware.bridge import Bridge
-    from rollgait.hardware.transports.transport import Transport
+    from rollgait.hardware.transports.transport import Slowed, Transport
     from rollgait.mpc.prediction import Event
     from rollgait.plan.plan import Plan
     from rollgait.robot.robot import Robot
@@ -39,6 +39,10 @@ def bridge(
         bool, typer.Option("--simulate", help="Start a simulated robot in another process, and drive that.")
     ] = False,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the simulated sensors.")] = 0,
+    slow: Annotated[
+        float,
+        typer.Option(metavar="FACTOR", min=1.0, max=50.0, help="Simulate in slow motion, so slow."),
+    ] = 1.0,
     foxglove: Annotated[
         bool, typer.Option("--foxglove", help="Say everything to Foxglove as well, on a WebSocket.")
     ] = False,
@@ -70,6 +74,7 @@ def bridge(
 
     Exit status: 0 if the robot lies or was never enabled, 1 if it had to stand, 2 wrong input.
     """
+    from rollgait.errors import InputError
     from rollgait.hardware.topics import types
     from rollgait.hardware.transports.dds import domain_of, need_dds
     from rollgait.mpc.gaits import find_gait
@@ -82,17 +87,21 @@ def bridge(
     find_whole_body(body)
     find_gait(gait)
     from rollgait.hardware.robot_process import RobotProcess, RobotSetup
+    from rollgait.hardware.transports.transport import Slowed
     from rollgait.plan.plan import Plan as PlanFile
 
     plans = [PlanFile.load(path) for path in plan or ()]
+    if slow != 1.0 and not simulate:
+        raise InputError("slow", slow, "is for simulated robots: hardware does not wait")
     transport = _transport(number, foxglove or foxglove_commands, foxglove_port, foxglove_commands)
+    slowed = Slowed(transport, slow)
     other = None
     try:
         with StatusLine("building the controller …"):
             if simulate:
-                other = RobotProcess(RobotSetup(robot, number, seed))
-            driven = _built(body, transport, gait, plans, (speed, torque), kernels)
-        _run(driven, transport, seconds)
+                other = RobotProcess(RobotSetup(robot, number, seed, slow=slow))
+            driven = _built(body, slowed, gait, plans, (speed, torque), kernels)
+        _run(driven, slowed, seconds)
     finally:
         transport.close()
         if other is not None:
@@ -118,7 +127,7 @@ def _transport(domain: int, foxglove: bool, port: int, commands: bool) -> Transp
 
 def _built(
     robot: Robot,
-    transport: Transport,
+    transport: Slowed,
     gait: str,
     plans: list[Plan],
     shares: tuple[float, float],
@@ -131,26 +140,25 @@ def _built(
 
     speed, torque = shares
     settings = BridgeSettings(limits=StageLimits(speed_share=speed, torque_share=torque))
-    return Bridge(Mpc(robot, kernels=kernels), transport, gait=gait, plans=plans, settings=settings)
+    mpc = Mpc(robot, kernels=kernels)
+    return Bridge(mpc, transport, clock=transport.clock, gait=gait, plans=plans, settings=settings)
 
 
-def _run(bridge: Bridge, transport: Transport, seconds: float | None) -> None:
+def _run(bridge: Bridge, transport: Slowed, seconds: float | None) -> None:
     """Runs it, and says what happens as it does."""
-    import time
-
     from rollgait.hardware.reports import Reports
     from rollgait.hardware.running import run
 
     print("waits for /enable to turn from false to true; Ctrl-C ends", flush=True)
-    begin = time.perf_counter()
+    begin = transport.clock()
     with stopping() as stop:
 
         def ends() -> bool:
-            return stop.is_set() or (seconds is not None and time.perf_counter() - begin >= seconds)
+            return stop.is_set() or (seconds is not None and transport.clock() - begin >= seconds)
 
         def hear(event: Event) -> None:
             print(f"{event.time:7.2f} s  {event.text}", flush=True)
 
-        run(bridge, Reports(transport, time.perf_counter), ends, hear)
+        run(bridge, Reports(transport, transport.clock), ends, hear)
     lost, missed = bridge.plant.sensors.lost, bridge.plant.stalls
     print(f"{bridge.phase} after {bridge.plant.time:.1f} s; {lost} messages lost, {missed} periods missed")

@@ -30,12 +30,16 @@ class RobotSetup:
         domain: of DDS; None for that of ROS.
         seed: of its sensors' noise.
         tells_truth: whether it says the truth on `/truth` as well.
+        slow: seconds on the wall in one of its own: more than 1 where a machine cannot keep up.
+        stands: whether it stands in its stance at first, in place of lying.
     """
 
     robot: str
     domain: int | None = None
     seed: int = 0
     tells_truth: bool = False
+    slow: float = 1.0
+    stands: bool = False
 
 
 class RobotProcess:
@@ -86,20 +90,29 @@ def _run(pipe: Connection, setup: RobotSetup) -> None:
     """The other process, until the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the bridge, which lays the robot down
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    from rollgait.hardware.postures import rise_of
     from rollgait.hardware.simulated import SimulatedRobot
     from rollgait.hardware.transports.dds import DdsTransport
     from rollgait.robot.library import find_robot
+    from rollgait.robot.urdf_model import load_model
+    from rollgait.robot.whole_body import find_whole_body
 
     try:
         transport = DdsTransport(setup.domain)
+        body = find_robot(setup.robot)
+        postures = rise_of(load_model(find_whole_body(body)), body).postures
         robot = SimulatedRobot(
-            find_robot(setup.robot), transport, seed=setup.seed, tells_truth=setup.tells_truth
+            body,
+            transport,
+            seed=setup.seed,
+            tells_truth=setup.tells_truth,
+            posture=postures[-1 if setup.stands else 0],
         )
         pipe.send(None)
     except RollgaitError as error:
         pipe.send(error)
         return
-    pace, count = Pace(TIME_STEP), 0
+    pace, count = Pace(setup.slow * TIME_STEP), 0
     while True:
         robot.tick()
         count += 1
