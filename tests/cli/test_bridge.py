@@ -2,7 +2,7 @@
 
 import pytest
 
-from rollgait.cli import run
+from rollgait.cli.app import run
 from rollgait.errors import MissingExtraError
 
 
