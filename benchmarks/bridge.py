@@ -164,7 +164,7 @@ def main() -> None:
     text = (
         f"## Bridge\n\n{machine()}; load {before} before, {load()} after.\n"
         f"Joint states of 39 joints over DDS on the loopback, 100 Hz, {seconds:g} s, there and back. "
-        "Latency is half of that way. `noticed`: lost messages that the gaps in the stamps show the bridge.\n\n"
+        "Latency is half of that way. `noticed`: lost messages that gaps in the stamps show the bridge.\n\n"
         f"{table(COLUMNS, rows)}\n\n"
         f"No loss unnoticed, p99 at most {P99_MAX:g} ms, memory flat within {GROWTH_MAX:g} MB: "
         f"{'yes' if passed else 'no'}."

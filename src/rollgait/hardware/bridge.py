@@ -77,7 +77,8 @@ class Bridge:
         events: what happened, newest last; those of the controller are its own.
 
     Raises:
-        InputError: the robot has no whole body, or cannot stand.
+        InputError: the robot has no whole body, or cannot stand; a plan is of another robot, or begins
+            elsewhere than the one before it ends.
         UnknownNameError: there is no such gait.
     """
 
@@ -105,6 +106,17 @@ class Bridge:
         self._since = 0.0
         self._stands_alone = False
         self._lies_down = False
+        if self._plans:
+            self._check_plans()
+
+    def _check_plans(self) -> None:
+        """Raises `InputError` for plans that cannot follow one another, before anything moves."""
+        from rollgait.mpc.plans.path import PlanPath
+
+        self.mpc.follow(*self._plans)
+        self.mpc.reset()
+        if (terrain := PlanPath(self._plans[0]).terrain) is not None:
+            self.mpc.set_ground(terrain)
 
     def _torque_of_standing(self) -> Array:
         robot = self.mpc.robot
@@ -261,14 +273,16 @@ class Bridge:
     def _control(self) -> None:
         """A period of the closed loop under what is asked for."""
         loop = self._loop()
+        if loop.control is None and not self.plant.is_fresh:  # to begin with, there must be a state
+            self._hold()
+            return
         stand = VelocityCommand(gait=STAND)
         try:
             loop.step(stand if self._lies_down else self.operator.command(self._gait))
         except InputError as error:  # a plan that begins elsewhere, or no state at the first step
             self.note(f"not followed: {error}")
             self._stop("there is nothing to begin with")
-            self.plant.hold()
-            self.plant.wait()
+            self._hold()
             return
         if loop.prediction is not None and loop.prediction.status.mode == "standing":
             self._stop("the controller has brought it to a stand")
@@ -283,9 +297,13 @@ class Bridge:
 
     def _stand(self) -> None:
         """A period of standing: by the controller, which lets feet down, or with the joints held."""
-        if self.loop is not None and self._stands_alone:
+        if self.loop is not None and self.loop.control is not None and self._stands_alone:
             self.loop.step(VelocityCommand())
-            return
+        else:
+            self._hold()
+
+    def _hold(self) -> None:
+        """A period in which the joints are where they were told to be."""
         self.plant.hold()
         self.plant.wait()
 

@@ -18,7 +18,8 @@ Array = NDArray[np.float64]
 COMMAND_AGE_MAX: Final = 0.1
 """Drives that have not heard anything for so long hold, s."""
 PERIODS_MAX: Final = 2.0
-"""However long nothing was told, a joint steps no farther than in so many periods."""
+"""However long nothing was told, a joint steps no farther than in so many periods; in one at least: who is
+late once is early then."""
 
 
 class StageLimits(Config):
@@ -120,7 +121,7 @@ class LastStage:
         if not all(part.shape == last.position.shape and np.isfinite(part).all() for part in parts):
             self.cut, self.cuts = "what is no number", self.cuts + 1
             return self.hold(time)
-        elapsed = min(max(time - self._at, 0.0), PERIODS_MAX * self._period)
+        elapsed = min(max(time - self._at, self._period), PERIODS_MAX * self._period)
         self.cut = ""
         position = np.clip(target.position, bounds.position_low, bounds.position_high)
         self._say("range", position, target.position)

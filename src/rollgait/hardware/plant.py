@@ -106,6 +106,11 @@ class HardwarePlant:
         return is_fallen(up, height, self._robot.height)
 
     @property
+    def is_fresh(self) -> bool:
+        """Whether the sensors said something of this period."""
+        return self._state.time >= self.time - 0.5 * self._period and self.sensors.age <= FRESH
+
+    @property
     def is_upright(self) -> bool:
         """Whether the base has not tilted as a fallen one has."""
         return not is_fallen(float(np.cos(self._state.euler[1]) * np.cos(self._state.euler[2])), 1.0, 1.0)
