@@ -27,7 +27,7 @@ MILLI = 1e-3
 def rolling() -> rg.Plan:
     """A plan in which nothing but wheels moves."""
     goal = rg.Goal(x=0.5)
-    return rg.plan(rg.Scenario(robot="centauro", goal=goal, horizon=2.5, gait=rg.Wheeled()))
+    return rg.plan(rg.Scenario(robot="centauro", goal=goal, horizon=2.5, gait=rg.Drive()))
 
 
 def test_a_plan_is_carried_out_while_somebody_is_there(mpc: Mpc, rolling: rg.Plan) -> None:
@@ -68,7 +68,7 @@ def test_a_plan_that_begins_elsewhere_moves_nothing(mpc: Mpc, rolling: rg.Plan) 
 
 
 def test_a_plan_of_another_robot_is_refused_before_anything_moves(built: Mpc) -> None:
-    other = rg.plan(rg.Scenario(robot="rover", goal=rg.Goal(x=0.2), horizon=2.0, gait=rg.Wheeled()))
+    other = rg.plan(rg.Scenario(robot="rover", goal=rg.Goal(x=0.2), horizon=2.0, gait=rg.Drive()))
     with pytest.raises(InputError, match="robot"):
         Bridge(built, Loopback().end(), plans=[other])
 
