@@ -55,6 +55,7 @@ def test_a_plan_is_stopped_when_nobody_is_there_any_more(mpc: Mpc, rolling: rg.P
     rig.run(1.0)
     assert rig.stands()
     assert rig.robot.truth.com_position[0] < 0.4
+    Bridge(mpc, Loopback().end(), plans=[rolling])  # a controller may be used again, wherever it was
 
 
 def test_a_plan_that_begins_elsewhere_moves_nothing(mpc: Mpc, rolling: rg.Plan) -> None:

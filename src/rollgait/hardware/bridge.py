@@ -113,6 +113,7 @@ class Bridge:
         """Raises `InputError` for plans that cannot follow one another, before anything moves."""
         from rollgait.mpc.plans.path import PlanPath
 
+        self.mpc.reset()
         self.mpc.follow(*self._plans)
         self.mpc.reset()
         if (terrain := PlanPath(self._plans[0]).terrain) is not None:
