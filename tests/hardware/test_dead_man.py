@@ -100,6 +100,17 @@ def test_a_robot_whose_bridge_is_gone_holds(up: Rig) -> None:
     assert up.stands()
 
 
+@pytest.mark.parametrize(("seconds", "phase"), [(0.06, "active"), (0.5, "stopped")])
+def test_a_bridge_that_stalls_goes_on_or_stands(up: Rig, seconds: float, phase: str) -> None:
+    up.run(1.0, lambda: up.drive(0.3))
+    for _ in range(round(1e3 * seconds)):
+        up.loopback.pass_time()
+    up.run(0.5, lambda: up.drive(0.3))
+    assert up.bridge.phase == phase
+    up.run(1.5)
+    assert up.stands()
+
+
 def test_a_cable_that_is_pulled_stops_both_sides(up: Rig) -> None:
     up.run(1.0, lambda: up.drive(0.3))
     up.cable.connected = False

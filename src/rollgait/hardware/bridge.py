@@ -20,6 +20,7 @@ from rollgait.hardware.postures import JointMotion, RiseSettings, rise_of
 from rollgait.hardware.transports.transport import Transport
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.gaits import find_gait
+from rollgait.mpc.incoming import STALL_MAX
 from rollgait.mpc.loop import ClosedLoop
 from rollgait.mpc.mpc import EVENTS_KEPT, Mpc
 from rollgait.mpc.prediction import Event
@@ -221,6 +222,8 @@ class Bridge:
             return
         if self.plant.sensors.age > self.settings.state_timeout:
             self._stop(f"no state for {self.settings.state_timeout:g} s")
+        elif self.plant.stall > STALL_MAX:
+            self._stop(f"a stall of {self.plant.stall:.2g} s")
         elif not self.plant.is_upright:
             self._stop("its base is tilted by more than 45 degrees")
         elif self._is_on_its_way and self.operator.silent:

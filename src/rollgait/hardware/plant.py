@@ -53,6 +53,7 @@ class HardwarePlant:
         contact_force: on the feet as estimated, (4, 3), N.
         touching: which feet press as estimated, (4,).
         stalls: periods that were missed because a step took too long.
+        stall: what of that was before the current one, s.
 
     Raises:
         InputError: there is no whole body of the robot.
@@ -83,6 +84,7 @@ class HardwarePlant:
         self._begin = self._due = clock()
         self._periods = 0
         self.stalls = 0
+        self.stall = 0.0
         self.torque_share = 0.0
 
     # -- the plant --------------------------------------------------------------------------------------
@@ -94,7 +96,7 @@ class HardwarePlant:
 
     @property
     def time(self) -> float:
-        """s: whole periods since it was made."""
+        """s: periods that it has waited for. Those that were missed do not count."""
         return self._periods * self._period
 
     @property
@@ -191,10 +193,10 @@ class HardwarePlant:
             self._transport.receive(left)
         self._transport.receive(0.0)
         missed = int((self._clock() - self._due) / self._period)
-        if missed > 0:  # time does not wait: what was missed is not made good
+        self.stall = missed * self._period
+        if missed > 0:  # what was missed is not made good: motions take longer, they do not leap
             self.stalls += missed
             self._due += missed * self._period
-            self._periods += missed
         self._look()
 
     def _look(self) -> None:
