@@ -14,6 +14,7 @@ from rollgait.cli import (
     bridge,
     cache,
     check,
+    dataset,
     drive,
     execute,
     export,
@@ -62,6 +63,7 @@ app.command("cache")(cache.cache)
 robot.app.command("show")(robot_show.show)
 app.add_typer(robot.app, name="robot")
 app.add_typer(ground.app, name="ground")
+app.add_typer(dataset.app, name="dataset")
 
 
 def _version(asked: bool) -> None:

@@ -60,23 +60,26 @@ def _maker(name: str) -> Callable[[Mapping[str, Any]], Any]:
     """What makes a message of a type of plain data."""
     from rosbags.interfaces import Nodetype
 
-    kind, parts, defaults = typestore().types[name], {}, _DEFAULTS.get(name, {})
+    kind, parts, empty = typestore().types[name], {}, {}
     for field, (node, what) in typestore().get_msgdef(name).fields:
-        if node is Nodetype.NAME:
+        if node is Nodetype.BASE:
+            empty[field] = _empty(what[0])
+        elif node is Nodetype.NAME:
             parts[field] = _nested(_maker(what))
-        elif node is Nodetype.BASE:
-            parts[field] = _single(what[0])
         else:
             inner, content = what[0]
             count = what[1] if node is Nodetype.ARRAY else 0
             parts[field] = (
                 _several(_maker(content)) if inner is Nodetype.NAME else _numbers(content[0], count)
             )
+    known = {*empty, *parts}
+    empty |= _DEFAULTS.get(name, {})
 
     def make(fields: Mapping[str, Any]) -> Any:
-        if unknown := set(fields) - set(parts):
-            raise ValueError(f"{name} has no field {', '.join(sorted(unknown))}")
-        return kind(**{field: part(fields.get(field, defaults.get(field))) for field, part in parts.items()})
+        if not known.issuperset(fields):
+            raise ValueError(f"{name} has no field {', '.join(sorted(set(fields) - known))}")
+        made = {field: part(fields.get(field)) for field, part in parts.items()}
+        return kind(**{**empty, **fields, **made})
 
     return make
 
@@ -89,9 +92,8 @@ def _several(make: Callable[[Mapping[str, Any]], Any]) -> Callable[[Any], Any]:
     return lambda values: [make(value) for value in values or ()]
 
 
-def _single(base: str) -> Callable[[Any], Any]:
-    empty: Any = "" if base == "string" else False if base == "bool" else 0.0 if "float" in base else 0
-    return lambda value: empty if value is None else value
+def _empty(base: str) -> Any:
+    return "" if base == "string" else False if base == "bool" else 0.0 if "float" in base else 0
 
 
 def _numbers(base: str, count: int) -> Callable[[Any], Any]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array, Samples
+from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.simulation.log import SimulationLog
@@ -74,6 +75,7 @@ class Clip:
         joints: the whole body, if known.
         plan: the plan, if this is one.
         scenario: what was asked, or is to be; None if the file does not say it.
+        wrenches: what pulls at the base as it is known, from the first frame on.
     """
 
     name: str
@@ -88,6 +90,7 @@ class Clip:
     joints: Joints | None = None
     plan: Plan | None = None
     scenario: Scenario | None = None
+    wrenches: tuple[Wrench, ...] = ()
 
     @property
     def time(self) -> Array:
@@ -151,6 +154,7 @@ def clip_of_plan(plan: Plan, name: str) -> Clip:
         passed=plan.solved and certificate.passed,
         plan=plan,
         scenario=scenario,
+        wrenches=scenario.wrenches,
     )
 
 
@@ -168,12 +172,13 @@ def clip_of_joints(joints: JointTrajectory, name: str) -> Clip:
         verdict="followed within its limits" if joints.report.passed else "not followed within its limits",
         passed=joints.report.passed,
         joints=_joints_at(joints, times),
+        wrenches=joints.wrenches,
     )
 
 
 def clip_of_log(log: SimulationLog, name: str) -> Clip:
     """A simulation: what the robot did. The feet are those of the whole body."""
-    from rollgait.view.log_samples import euler_of, samples_of_log
+    from rollgait.simulation.log_samples import euler_of, samples_of_log
 
     times = frame_times(float(log.time[-1]))
     index = _nearest(log.time, times)

@@ -58,6 +58,7 @@ def clip_of_scenario(scenario: Scenario, name: str) -> Clip:
         verdict="nothing is planned yet: tab Plan",
         passed=True,
         scenario=scenario,
+        wrenches=scenario.wrenches,
     )
 
 
