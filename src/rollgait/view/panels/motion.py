@@ -31,7 +31,7 @@ class Header:
 
     def show(self, clip: Clip, ghost: Clip | None) -> None:
         """Says what is shown."""
-        colour = GOOD if clip.passed else BAD
+        colour = DIM if clip.kind == "scenario" else GOOD if clip.passed else BAD
         behind = f'<div style="color:#5B7FA6">ghost: {escape(ghost.name)}</div>' if ghost else ""
         self.html.content = (
             '<div style="margin:0.3em 0.75em;font:12.5px system-ui,sans-serif;line-height:1.45">'
@@ -75,6 +75,9 @@ class TimePanel:
             order=1.0,
         )
         self.slider.on_update(self._scrubbed)
+        moves = clip.kind != "scenario"  # what stands still needs the room for its design
+        for handle in (self.slider, self.play, self.steps, self.speed, self.loop):
+            handle.visible = moves
 
     def follow(self) -> None:
         """Shows the time of the timeline."""
