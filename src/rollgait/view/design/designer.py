@@ -138,8 +138,8 @@ class Designer(Actions):
             except RollgaitError as error:
                 self.panel.say(str(error), good=False)
                 return
-            scenario = self.draft.scenario.model_copy(update={"ground": ground})
-            self.draft.put(Scenario.model_validate(dict(scenario)), self.draft.name)
+            fresh = self.draft.scenario.edited({})  # nothing of it was worked out on the ground before
+            self.draft.put(fresh.model_copy(update={"ground": ground}), self.draft.name)
 
     def _on_map(self, name: str, keys: dict[str, Any]) -> Ground:
         """The ground of the draft on a map in the folder of maps."""

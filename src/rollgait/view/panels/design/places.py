@@ -14,6 +14,9 @@ from rollgait.view.panels.design.fields import Change, by_a_person, choose, put
 
 ADD: Final = "add"
 REMOVE: Final = "take away"
+GOAL: Final = "goal"
+START: Final = "start"
+PART: Final = "part of the ground"
 POSE: Final = "x (m), y (m), yaw (degrees); or drag it on the ground"
 
 
@@ -36,8 +39,11 @@ class PlacesPanel:
     ) -> None:
         self._scenario, self._change, self._select = scenario, change, select
         self._number = 0
+        self._goals: tuple[str, ...] = (GOAL,)
+        self.which: Any = gui.add_dropdown(
+            "handle at", (GOAL, START), hint="What can be dragged in the scene"
+        )
         self.goal: Any = gui.add_vector3("goal", (0.0, 0.0, 0.0), step=0.01, hint=POSE)
-        self.which: Any = gui.add_dropdown("which goal", ("1",), hint="Goals take over one after the other")
         self.at: Any = gui.add_number("from (s)", 0.0, min=0.0, step=0.1, visible=False)
         buttons = gui.add_button_group("goals", (ADD, REMOVE))
         self.start: Any = gui.add_vector3("start", (0.0, 0.0, 0.0), step=0.01, hint=POSE)
@@ -53,9 +59,12 @@ class PlacesPanel:
         if selected.kind == "goal":
             self._number = selected.number
         self._number = min(self._number, len(later))
-        choose(self.which, tuple(str(k + 1) for k in range(1 + len(later))), str(self._number + 1))
+        self._goals = tuple(f"{GOAL} {k + 1}" for k in range(1 + len(later))) if later else (GOAL,)
+        part = (PART,) if selected.kind == "part" else ()
+        at = {"start": START, "part": PART}.get(selected.kind, self._goals[self._number])
+        choose(self.which, (*self._goals, START, *part), at)
         goal: Any = scenario.goal if self._number == 0 else later[self._number - 1]
-        self.which.visible, self.at.visible = bool(later), self._number > 0
+        self.at.visible = self._number > 0
         put(self.at, float(getattr(goal, "at", 0.0)))
         put(self.goal, tuple(pose_of(goal).values()))
         put(self.start, tuple(pose_of(scenario.start).values()))
@@ -65,8 +74,11 @@ class PlacesPanel:
         put(self.start if selected.kind == "start" else self.goal, tuple(pose.values()))
 
     def _choose(self) -> None:
-        self._number = int(self.which.value) - 1
-        self._select(Selection("goal", self._number))
+        name = str(self.which.value)
+        if name in self._goals:
+            self._select(Selection("goal", self._goals.index(name)))
+        elif name == START:
+            self._select(Selection("start"))
 
     def _moved(self, what: Selection, box: Any) -> None:
         values = dict(zip(("x", "y", "yaw_deg"), map(float, box.value), strict=True))
