@@ -12,12 +12,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from PIL import Image
 
-from tests.view.browser import centre, near, needs_chromium, settled, wait_until
+from tests.view.browser import SIZE, near, needs_chromium, settled, wait_until
 
 from rollgait.plan.plan import Plan  # isort: skip  # the line above skips where viser is absent
 from rollgait.scenario import Scenario, find_scenario  # isort: skip
+from rollgait.view.design.handles import SIZE as HANDLE  # isort: skip
 from rollgait.view.design.handles import Selection  # isort: skip
+from rollgait.view.rotations import matrix_from_quaternion  # isort: skip
 from rollgait.view.standing_clip import clip_of_scenario  # isort: skip
 from rollgait.view.style import GOAL_COLOUR  # isort: skip
 from rollgait.view.viewer import Viewer  # isort: skip
@@ -27,8 +31,6 @@ from rollgait.view.clip import clip_of_plan  # isort: skip
 pytestmark = [pytest.mark.slow, needs_chromium]
 
 BASE = find_scenario("wheeled")
-BLUE = "#3288E0"
-"""The square of the handle that moves it over the ground."""
 OPEN = "Open a plan, joints, a log or a scenario"
 
 
@@ -54,6 +56,7 @@ def press(page: Any, name: str) -> None:
 def fold(page: Any, name: str) -> None:
     """Opens a folder of the panel."""
     page.get_by_text(name, exact=True).first.click()
+    page.wait_for_timeout(500)  # it unfolds
 
 
 def written(page: Any, label: str, value: str) -> None:
@@ -103,6 +106,7 @@ def test_a_terrain_is_designed_planned_saved_opened_again_and_exported(
     wait_until(lambda: len(draft().ground.parts) == 1)
     press(page, "↷ redo")
     wait_until(lambda: len(draft().ground.parts) == 2)
+    pick(page, "part", "2  block")
     page.get_by_text("take away").last.click()
     wait_until(lambda: len(draft().ground.parts) == 1)
     wait_until(lambda: viewer.designer.selected == Selection("part", 0))
@@ -122,7 +126,7 @@ def test_a_terrain_is_designed_planned_saved_opened_again_and_exported(
     assert Scenario.from_yaml(saved).resolved() == designed
     assert Plan.load(download(page, "Save plan", tmp_path)).scenario == plan.scenario
     table = download(page, "Export", tmp_path)
-    rows = list(csv.DictReader(table.open()))
+    rows = list(csv.DictReader(io.StringIO(table.read_text())))
     assert float(rows[-1]["com_x"]) == pytest.approx(1.5, abs=0.05)
     pick(page, "format", "json")
     assert json.loads(download(page, "Export", tmp_path).read_text())["format"] == "rollgait-motion"
@@ -143,26 +147,38 @@ def test_a_terrain_is_designed_planned_saved_opened_again_and_exported(
     assert viewer.clip.terrain.height(2.0, 0.0) > 0.03
 
 
+def seen_at(viewer: Viewer, point: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Where a point of the world (3,), m, is in the window, pixels."""
+    (client,) = viewer.server.get_clients().values()
+    camera = client.camera
+    R_world_camera = matrix_from_quaternion(np.roll(camera.wxyz, -1))  # x right, y down, z ahead
+    x, y, z = R_world_camera.T @ (point - camera.position)
+    focal = 0.5 * SIZE["height"] / np.tan(0.5 * camera.fov)
+    middle = 0.5 * SIZE["height"] * np.array([camera.aspect, 1.0])
+    return middle + focal * np.array([x, y]) / z
+
+
 def test_a_handle_drags_goals_and_start_and_parts(page: Any, viewer: Viewer) -> None:
     press(page, "add")
-    wait_until(lambda: len(viewer.designer.draft.scenario.goal.then) == 1)
     wait_until(lambda: viewer.designer.selected == Selection("goal", 1))
     fold(page, "ground")
     press(page, "block")
-    wait_until(lambda: len(viewer.designer.draft.scenario.ground.parts) == 1)
+    wait_until(lambda: viewer.designer.selected == Selection("part", 0))
     for what in (Selection("goal", 1), Selection("goal", 0), Selection("part", 0), Selection("start")):
         viewer.designer.select(what)
+        settled(page)
         before = what.of(viewer.designer.draft.scenario)
-        x, y = centre(near(settled(page), BLUE, 0.12))
-        page.mouse.move(x, y)
+        gizmo = viewer.designer.handles.gizmo
+        at, ahead = np.array(gizmo.position), matrix_from_quaternion(np.roll(gizmo.wxyz, -1))[:, 0]
+        page.mouse.move(*seen_at(viewer, at + 0.5 * HANDLE * ahead))
         page.mouse.down()
-        page.mouse.move(x + 15, y - 8, steps=4)
-        page.mouse.move(x + 30, y - 16, steps=4)
+        for way in (0.6, 0.8, 1.0):
+            page.mouse.move(*seen_at(viewer, at + way * HANDLE * ahead), steps=3)
         page.mouse.up()
 
-        def moved(what: Selection = what, before: Any = before) -> bool:
+        def moved(what: Selection = what, before: Any = before, ahead: Any = ahead) -> bool:
             now = what.of(viewer.designer.draft.scenario)
-            return bool(np.hypot(now.x - before.x, now.y - before.y) > 0.05)
+            return bool(ahead[:2] @ [now.x - before.x, now.y - before.y] > 0.1)
 
         wait_until(moved)
         viewer.designer.step_back()
@@ -233,7 +249,6 @@ def test_a_phone_shows_design_and_goal_in_its_colours(page: Any, viewer: Viewer,
         assert wide <= 390
         phone.wait_for_timeout(2500)
         image = io.BytesIO(phone.screenshot())
-        from PIL import Image
 
         seen = np.asarray(Image.open(image).convert("RGB"), dtype=float)[:420] / 255.0
         assert near(seen, GOAL_COLOUR, 0.25).sum() > 50
