@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 import numpy as np
@@ -50,7 +52,9 @@ class DrivePage:
     def __init__(self, setup: Setup, port: int = PORT) -> None:
         self.hands = Hands()
         self.error: RollgaitError | None = None
+        self._written = ""
         self._ends = threading.Event()
+        self._folder = TemporaryDirectory(prefix="rollgait-drive-")
         self._server = start_server(LOOPBACK, port, "rollgait drive")
         self._endpoint: Endpoint | None = None
         self._loop: LoopProcess | None = None
@@ -98,6 +102,9 @@ class DrivePage:
                     self.panel.show_error(str(error))
                     self._ends.set()
                 return
+            if snapshot.written != self._written:
+                self._written = snapshot.written
+                self.panel.recorded(Path(snapshot.written).read_bytes())
             with self._server.atomic():
                 self._show(snapshot)
                 if begin - told >= STATUS_EVERY:
@@ -107,7 +114,9 @@ class DrivePage:
 
     def _request(self) -> Request:
         pushes, reset = self.panel.take(float(self.snapshot.state.euler[0]))
-        return Request(self.panel.command(), self.panel.pull, pushes, reset)
+        number = self.panel.recording
+        record = str(Path(self._folder.name) / f"{number}.npz") if number else ""
+        return Request(self.panel.command(), self.panel.pull, pushes, reset, self.panel.paused, record)
 
     def _show(self, snapshot: Snapshot) -> None:
         self.scene.follows = bool(self.panel.follow.value)
@@ -133,3 +142,4 @@ class DrivePage:
         if self._endpoint is not None:
             self._endpoint.close()
         stop_server(self._server)
+        self._folder.cleanup()

@@ -17,6 +17,8 @@ from rollgait.mpc.gaits import GAITS
 from rollgait.mpc.settings import CommandLimits
 from rollgait.view.driving.hands import Hands
 from rollgait.view.driving.messages import NO_FORCE, PUSHES_MAX, PushRequest, Snapshot, Vector
+from rollgait.view.panels.keys import add_keys
+from rollgait.view.panels.motion import BAD
 
 PUSH_FORCE: Final = 100.0
 """N"""
@@ -37,6 +39,19 @@ MODE_COLOURS: Final = {
     "coasting": "#B26A00",
     "standing": "#B00020",
     "fallen": "#B00020",
+    "paused": "#5B7FA6",
+}
+RECORD: Final = "Record"
+STOP: Final = "Stop recording and save"
+HOTKEYS: Final[tuple[Any, ...]] = tuple("123456789")
+KEYS: Final = {
+    "w s, a d": "forward, back, to the left, to the right",
+    "q e": "turn to the left, to the right",
+    "space": "stop",
+    "P": "pause, go on",
+    "R": "record, stop and save",
+    "gamepad": "left stick: drive, right stick: turn, B: stop",
+    "Ctrl+K": "all commands by name",
 }
 MODE_NOTES: Final = {"standing": "after a fault; press Reset", "fallen": "press Reset"}
 
@@ -79,11 +94,30 @@ class Panel:
         gui.add_markdown("Or click the robot's body to push it, and drag it to pull.")
         reset = gui.add_button("Reset", icon=viser.Icon.REFRESH, color="gray", hint="After a fall or a fault")
         self.follow = gui.add_checkbox("keep the robot in the middle", True)
+        self.pause = gui.add_button(
+            "Pause", icon=viser.Icon.PLAYER_PAUSE, color="gray", hint="Time stands still"
+        )
+        self.record = gui.add_button(
+            RECORD, icon=viser.Icon.PLAYER_RECORD, color="gray", hint="A log that rollgait view shows"
+        )
         self._folder = gui.add_folder("show", expand_by_default=False)
         self._gui = gui
         gaits.on_click(lambda event: self._choose(event.target.value))
         push.on_click(lambda _: self._click())
         reset.on_click(lambda _: self._ask_reset())
+        self.paused, self._records, self._recordings = False, False, 0
+        self._browser: viser.ClientHandle | None = None
+        self.pause.on_click(lambda _: self.toggle_pause())
+        self.record.on_click(lambda event: self.toggle_record(event.client))
+        gui.add_command("Pause or go on", hotkey="P").on_trigger(lambda _: self.toggle_pause())
+        gui.add_command("Record or stop recording", hotkey="R").on_trigger(
+            lambda event: self.toggle_record(event.client)
+        )
+        for number, name in enumerate(GAITS, start=1):
+            gui.add_command(f"Gait {name}", hotkey=HOTKEYS[number - 1]).on_trigger(
+                partial(self._choose_by_key, name)
+            )
+        add_keys(gui, {**KEYS, f"1 … {len(GAITS)}": ", ".join(GAITS)})
 
     def add_switches(self, titles: tuple[str, ...], switch: Callable[[str, bool], None]) -> None:
         """A switch for each layer of the scene."""
@@ -123,6 +157,9 @@ class Panel:
         if gait in GAITS:
             self.gait = gait
 
+    def _choose_by_key(self, gait: str, _: Any) -> None:
+        self._choose(gait)
+
     def _click(self) -> None:
         direction = self.direction.value
         with self._lock:
@@ -151,6 +188,36 @@ class Panel:
 
     def _dragged(self, event: Any) -> None:
         self.pull = NO_FORCE if event.phase == "end" else pull_of(event.start_position, event.end_position)
+
+    # -- pauses and recordings --
+
+    def toggle_pause(self) -> None:
+        """Pauses, or goes on."""
+        self.paused = not self.paused
+        self.pause.label = "Go on" if self.paused else "Pause"
+        self.pause.icon = viser.Icon.PLAYER_PLAY if self.paused else viser.Icon.PLAYER_PAUSE
+
+    def toggle_record(self, browser: viser.ClientHandle | None) -> None:
+        """Begins to record, or ends; who has asked last gets the file."""
+        with self._lock:
+            self._browser = browser
+            self._records = not self._records
+            self._recordings += self._records
+            self.record.label = STOP if self._records else RECORD
+
+    @property
+    def recording(self) -> int:
+        """Number of the recording that runs; 0 if none does."""
+        return self._recordings if self._records else 0
+
+    def recorded(self, content: bytes) -> None:
+        """A recording has ended: its file."""
+        with self._lock:
+            self._records = False
+            self.record.label = RECORD
+        if self._browser is not None:
+            name = f"drive-{self._recordings}.npz"
+            self._browser.send_file_download(name, content, save_immediately=True)
 
     # -- what it says --
 
@@ -203,6 +270,8 @@ def status_html(snapshot: Snapshot) -> str:
         ("solve", f"{1e3 * snapshot.solve[0]:.1f} ms median, {1e3 * snapshot.solve[1]:.1f} ms p99"),
         ("real time", f"× {snapshot.factor:.2f} at {snapshot.rate:.0f} Hz"),
     ]
+    if snapshot.recorded:
+        rows.insert(0, ("recording", f'<b style="color:{BAD}">● {snapshot.recorded:.1f} s</b>'))
     cells = "".join(
         f'<tr><td style="color:#777;padding-right:1em">{name}</td><td>{value}</td></tr>'
         for name, value in rows
