@@ -41,7 +41,7 @@ MEANT_MIN = 50
 """Of a thousand messages at least so many must be let through, or the test says nothing."""
 QUIET = 0.5
 """So long (s) nothing new must begin: viser hears a message in a task of its own, later than it came."""
-LONG_TASKS = {"Plan", "Find the whole body"}
+LONG_TASKS = {"Plan", "Find the whole body", "Export"}
 """Buttons that begin what takes minutes."""
 
 numbers = (

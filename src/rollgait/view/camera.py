@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import dataclass
 from typing import Final
@@ -78,18 +79,27 @@ def fit(client: viser.ClientHandle, clip: Clip) -> None:
 
     Is called when a browser has connected, in a thread of its own.
     """
+    fit_camera(client, camera_of(clip))
+
+
+def fit_camera(client: viser.ClientHandle, camera: Camera) -> None:
+    """The same for any camera: where the picture is narrow it is moved."""
     time.sleep(SETTLED)
     if client.camera.aspect < WIDE:
-        look_at(client, clip)
+        place(client, camera)
 
 
 def look_at(client: viser.ClientHandle, clip: Clip) -> None:
     """Moves the camera of a browser so that all of the way of a clip is in sight."""
+    place(client, camera_of(clip))
+
+
+def place(client: viser.ClientHandle, camera: Camera) -> None:
+    """Moves the camera of a browser: farther off in a narrow picture, above the controls on a phone."""
     aspect = client.camera.aspect
-    camera = camera_of(clip)
     far = (camera.position - camera.look_at) * max(1.0, WIDE / aspect)
     down = 0.5 * np.tan(0.5 * FIELD_OF_VIEW) * np.linalg.norm(far) if aspect < PHONE else 0.0
-    look_at = camera.look_at - [0.0, 0.0, down]
-    with client.atomic():
-        client.camera.position = look_at + far
-        client.camera.look_at = look_at
+    target = camera.look_at - [0.0, 0.0, down]
+    with client.atomic(), contextlib.suppress(ValueError):  # a page may say that it looks nowhere
+        client.camera.position = target + far
+        client.camera.look_at = target

@@ -11,6 +11,7 @@ from rollgait.plan.plan import Plan
 from rollgait.plan.work import mechanical_work
 from rollgait.scenario.scenario import Scenario
 from rollgait.view.clip import Clip
+from rollgait.view.panels.motion import brief
 
 RUNS_MAX: Final = 20
 """Runs that are kept: the oldest goes first."""
@@ -73,7 +74,7 @@ def figures(clip: Clip) -> dict[str, str]:
     s = clip.samples
     way = float(np.linalg.norm(np.diff(s.com_position, axis=0), axis=1).sum())
     rows = {
-        "verdict": clip.verdict,
+        "verdict": brief(clip.verdict),
         "time": f"{clip.horizon:.4g} s",
         "way of the CoM": f"{way:.3g} m",
         "largest speed": f"{np.linalg.norm(s.com_velocity, axis=1).max():.3g} m/s",

@@ -14,7 +14,7 @@ from rollgait.errors import RollgaitError
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.settings import CommandLimits
 from rollgait.robot.library import find_robot
-from rollgait.view.camera import FIELD_OF_VIEW
+from rollgait.view.camera import FIELD_OF_VIEW, Camera, fit_camera
 from rollgait.view.clip import FRAME_RATE
 from rollgait.view.driving.endpoint import Endpoint
 from rollgait.view.driving.hands import Hands
@@ -84,10 +84,11 @@ class DrivePage:
 
     def _aim(self, height: float) -> None:
         """From behind the robot, to its right: forward is away from who drives."""
-        camera = self._server.initial_camera
-        camera.look_at = (0.0, 0.0, 0.8 * height)
-        camera.position = height * np.array(BEHIND)
-        camera.up, camera.fov = (0.0, 0.0, 1.0), float(FIELD_OF_VIEW)
+        begin = self._server.initial_camera
+        camera = Camera(height * np.array(BEHIND), np.array([0.0, 0.0, 0.8 * height]))
+        begin.look_at, begin.position = camera.look_at, camera.position
+        begin.up, begin.fov = (0.0, 0.0, 1.0), float(FIELD_OF_VIEW)
+        self._server.on_client_connect(lambda client: fit_camera(client, camera))
 
     def _run(self, loop: LoopProcess) -> None:
         """Asks and shows, frame by frame. The loop goes on at its own pace meanwhile."""
@@ -104,7 +105,7 @@ class DrivePage:
                 return
             if snapshot.written != self._written:
                 self._written = snapshot.written
-                self.panel.recorded(Path(snapshot.written).read_bytes())
+                self._send_recording(Path(snapshot.written))
             with self._server.atomic():
                 self._show(snapshot)
                 if begin - told >= STATUS_EVERY:
@@ -117,6 +118,14 @@ class DrivePage:
         number = self.panel.recording
         record = str(Path(self._folder.name) / f"{number}.npz") if number else ""
         return Request(self.panel.command(), self.panel.pull, pushes, reset, self.panel.paused, record)
+
+    def _send_recording(self, file: Path) -> None:
+        """Sends a recording to the browser that asked for it, or to another one if that is gone."""
+        name, browser = self.panel.end_recording()
+        clients = self._server.get_clients()
+        client = clients.get(browser, next(iter(clients.values()), None))
+        if client is not None:
+            client.send_file_download(name, file.read_bytes(), save_immediately=True)
 
     def _show(self, snapshot: Snapshot) -> None:
         self.scene.follows = bool(self.panel.follow.value)

@@ -18,7 +18,7 @@ from rollgait.mpc.settings import CommandLimits
 from rollgait.view.driving.hands import Hands
 from rollgait.view.driving.messages import NO_FORCE, PUSHES_MAX, PushRequest, Snapshot, Vector
 from rollgait.view.panels.keys import add_keys
-from rollgait.view.panels.motion import BAD
+from rollgait.view.panels.motion import BAD, DIM, GOOD
 
 PUSH_FORCE: Final = 100.0
 """N"""
@@ -35,11 +35,11 @@ SPEED_MIN: Final = 0.05
 DIRECTIONS: Final = {"random": None, "forward": 0.0, "left": 90.0, "back": 180.0, "right": -90.0}
 """Of the push button, from the robot's nose to its left, degrees."""
 MODE_COLOURS: Final = {
-    "tracking": "#2E7D32",
-    "coasting": "#B26A00",
-    "standing": "#B00020",
-    "fallen": "#B00020",
-    "paused": "#5B7FA6",
+    "tracking": GOOD,
+    "coasting": "light-dark(#B26A00, #FFB74D)",
+    "standing": BAD,
+    "fallen": BAD,
+    "paused": "light-dark(#41648B, #8FB4DC)",
 }
 RECORD: Final = "Record"
 STOP: Final = "Stop recording and save"
@@ -75,8 +75,8 @@ class Panel:
         self._reset = False
         self.pull: Vector = NO_FORCE
         self.gait = gait
+        gui.add_html(pad)  # first: on a phone there is room for little more
         self._status = gui.add_html("")
-        gui.add_html(pad)
         gaits = gui.add_button_group("gait", tuple(GAITS))
         self.speed = gui.add_slider(
             "speed limit (m/s)",
@@ -106,12 +106,12 @@ class Panel:
         push.on_click(lambda _: self._click())
         reset.on_click(lambda _: self._ask_reset())
         self.paused, self._records, self._recordings = False, False, 0
-        self._browser: viser.ClientHandle | None = None
+        self._browser = -1
         self.pause.on_click(lambda _: self.toggle_pause())
-        self.record.on_click(lambda event: self.toggle_record(event.client))
+        self.record.on_click(lambda event: self.toggle_record(event.client_id or 0))
         gui.add_command("Pause or go on", hotkey="P").on_trigger(lambda _: self.toggle_pause())
         gui.add_command("Record or stop recording", hotkey="R").on_trigger(
-            lambda event: self.toggle_record(event.client)
+            lambda event: self.toggle_record(event.client_id or 0)
         )
         for number, name in enumerate(GAITS, start=1):
             gui.add_command(f"Gait {name}", hotkey=HOTKEYS[number - 1]).on_trigger(
@@ -197,7 +197,7 @@ class Panel:
         self.pause.label = "Go on" if self.paused else "Pause"
         self.pause.icon = viser.Icon.PLAYER_PLAY if self.paused else viser.Icon.PLAYER_PAUSE
 
-    def toggle_record(self, browser: viser.ClientHandle | None) -> None:
+    def toggle_record(self, browser: int) -> None:
         """Begins to record, or ends; who has asked last gets the file."""
         with self._lock:
             self._browser = browser
@@ -210,14 +210,12 @@ class Panel:
         """Number of the recording that runs; 0 if none does."""
         return self._recordings if self._records else 0
 
-    def recorded(self, content: bytes) -> None:
-        """A recording has ended: its file."""
+    def end_recording(self) -> tuple[str, int]:
+        """A recording has ended: the name of its file, and the number of the browser that shall have it."""
         with self._lock:
             self._records = False
             self.record.label = RECORD
-        if self._browser is not None:
-            name = f"drive-{self._recordings}.npz"
-            self._browser.send_file_download(name, content, save_immediately=True)
+            return f"drive-{self._recordings}.npz", self._browser
 
     # -- what it says --
 
@@ -227,7 +225,7 @@ class Panel:
 
     def show_error(self, text: str) -> None:
         """Says that it has come to an end."""
-        self._status.content = f'<div style="margin:0.5em 0.75em;color:#B00020"><b>{escape(text)}</b></div>'
+        self._status.content = f'<div style="margin:0.5em 0.75em;color:{BAD}"><b>{escape(text)}</b></div>'
 
 
 def _switched(switch: Callable[[str, bool], None], title: str, event: Any) -> None:
@@ -273,14 +271,14 @@ def status_html(snapshot: Snapshot) -> str:
     if snapshot.recorded:
         rows.insert(0, ("recording", f'<b style="color:{BAD}">● {snapshot.recorded:.1f} s</b>'))
     cells = "".join(
-        f'<tr><td style="color:#777;padding-right:1em">{name}</td><td>{value}</td></tr>'
+        f'<tr><td style="color:{DIM};padding-right:1em">{name}</td><td>{value}</td></tr>'
         for name, value in rows
     )
     events = "".join(f"<div>{time:.1f} s: {escape(text)}</div>" for time, text in reversed(snapshot.events))
     return (
         '<div style="margin:0.3em 0.75em;font:12.5px system-ui,sans-serif;line-height:1.45;'
         f'font-variant-numeric:tabular-nums"><table>{cells}</table>'
-        f'<div style="color:#777;height:2.9em;overflow:auto">{events or "no events"}</div></div>'
+        f'<div style="color:{DIM};height:2.9em;overflow:auto">{events or "no events"}</div></div>'
     )
 
 
