@@ -24,10 +24,11 @@ demo: $(READY) ## Find how CENTAURO drives to a kerb, steps up and drives on; dr
 	@echo
 	@echo "Type next:"
 	@echo "  source $(BIN)/activate"
-	@echo "  rollgait check out/$(DEMO).npz       show its certificate again"
-	@echo "  rollgait run wheeled                     the whole chain, with a report page"
-	@echo "  rollgait scenarios                       see the other motions"
-	@echo "  rollgait show $(DEMO) > my.yaml     start one of your own"
+	@printf "  %-40s %s\n" \
+	  "rollgait check out/$(DEMO).npz" "show its certificate again" \
+	  "rollgait run wheeled" "the whole chain, with a report page" \
+	  "rollgait scenarios" "see the other motions" \
+	  "rollgait show $(DEMO) > my.yaml" "start one of your own"
 
 test: $(READY) ## Run the tests.
 	@$(BIN)/python -m pytest -q -n $(WORKERS)

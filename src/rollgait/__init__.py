@@ -41,6 +41,8 @@ if TYPE_CHECKING:
     from rollgait.terrain.terrain import Terrain
     from rollgait.timing.worth import timing_gradient
     from rollgait.tracking import JointTrajectory, track
+    from rollgait.view.entry import view
+    from rollgait.view.record import Recording, record
 
 __version__ = "0.1.0"
 
@@ -74,6 +76,7 @@ __all__ = [
     "PoseCommand",
     "Push",
     "Reason",
+    "Recording",
     "Robot",
     "RobotState",
     "RollgaitError",
@@ -96,12 +99,14 @@ __all__ = [
     "make_loop",
     "plan",
     "plan_many",
+    "record",
     "robot_names",
     "scenario_names",
     "search_steps",
     "simulate",
     "timing_gradient",
     "track",
+    "view",
 ]
 
 if not TYPE_CHECKING:  # a type checker would take every misspelt name for one of `Any`
@@ -138,6 +143,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "PoseCommand": "mpc.command",
             "Push": "plant.disturbances",
             "Reason": "diagnosis.report",
+            "Recording": "view.record",
             "Robot": "robot.robot",
             "RobotState": "plant.state",
             "RollgaitError": "errors",
@@ -160,11 +166,13 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "make_loop": "mpc.setup",
             "plan": "planner",
             "plan_many": "many",
+            "record": "view.record",
             "robot_names": "robot.library",
             "scenario_names": "scenario.library",
             "search_steps": "searching",
             "simulate": "simulation",
             "timing_gradient": "timing.worth",
             "track": "tracking",
+            "view": "view.entry",
         },
     )

@@ -50,6 +50,8 @@ def near(angle: Any, reference: Any) -> Any:
 
 
 def turned(vector: Array, yaw: float) -> Array:
-    """Vectors (…, 3) turned about z: Rz(yaw) vector, from base-yaw to world axes."""
+    """Vectors (…, 2 or 3) turned about z: Rz(yaw) vector, from base-yaw to world axes."""
     c, s = np.cos(yaw), np.sin(yaw)
-    return np.asarray(vector @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+    R = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    size = np.shape(vector)[-1]
+    return np.asarray(vector @ R[:size, :size])

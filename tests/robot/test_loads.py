@@ -42,6 +42,15 @@ def assert_same(a: Robot, b: Robot) -> None:
         np.testing.assert_allclose(one.limb.hip, other.limb.hip, atol=1e-12)
 
 
+def from_first_foot(robot: Robot) -> NDArray[np.float64]:
+    """Corners of the boxes and centres of the spheres of a robot's underside, (n, 3), m."""
+    boxes = [[box.x[k], box.y[k], box.z] for box in robot.underside.belly for k in (0, 1)]
+    centres = [list(sphere.centre) for sphere in robot.underside.limbs]
+    assert boxes
+    assert centres
+    return np.array(boxes + centres) - robot.stance[0]
+
+
 @given(masses, places)
 def test_a_load_has_the_mass_and_inertia_of_all_its_points(mass: float, at: NDArray[np.float64]) -> None:
     loaded = ROBOT.with_payload(mass, at.tolist())
@@ -92,6 +101,13 @@ def test_feet_carry_what_is_added() -> None:
     assert forces.sum() == pytest.approx(ROBOT.weight + 20.0 * GRAVITY)
     moment = (forces[:, None] * (loaded.stance + loaded.com_offset)[:, :2]).sum(axis=0)
     np.testing.assert_allclose(moment, 20.0 * GRAVITY * np.array([0.1, 0.15]), atol=1e-9)
+
+
+@given(masses, places)
+def test_shapes_stay_over_the_feet_under_a_load(mass: float, at: NDArray[np.float64]) -> None:
+    laden = ROBOT.with_payload(mass, at.tolist())
+    for one in (laden, laden.bare):
+        np.testing.assert_allclose(from_first_foot(one), from_first_foot(ROBOT), atol=1e-9)
 
 
 def test_a_robot_keeps_its_loads_through_yaml() -> None:

@@ -198,3 +198,11 @@ def test_names_of_public_robots(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         model_file("offline")
     for name in [name for name in sys.modules if name.startswith("robot_descriptions")]:
         monkeypatch.delitem(sys.modules, name)
+
+
+def test_a_file_of_example_robot_data_is_found_by_its_prefix() -> None:
+    file = model_file("example-robot-data:hyq_description/robots/hyq_no_sensors.urdf")
+    assert read_urdf(file)
+    for path in ("nothing.urdf", "../robots", "../../../../etc/passwd"):
+        with pytest.raises(InputError, match="there is no such file in the package"):
+            model_file(f"example-robot-data:{path}")

@@ -14,8 +14,8 @@ import typer
 
 from rollgait.cli.exit_status import INTERRUPTED
 from rollgait.cli.progress import StatusLine
-from rollgait.cli.recordings import write_recording
 from rollgait.cli.simulate import disturbances_from
+from rollgait.view.recordings import write_recording
 
 if TYPE_CHECKING:
     from rollgait.mpc.log import MpcLog

@@ -9,8 +9,9 @@ import typer
 
 from rollgait.cli.arguments import GroundName
 from rollgait.cli.ground_input import ground_from, terrain_of
-from rollgait.cli.view import DEFAULT_PORT, Port, need_view, port_from
+from rollgait.cli.view import DEFAULT_PORT, Port, port_from
 from rollgait.errors import UnknownNameError
+from rollgait.view.recordings import need_view
 
 
 def drive(

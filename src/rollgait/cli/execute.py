@@ -22,8 +22,8 @@ from rollgait.cli.controlled import (
 )
 from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.cli.progress import StatusLine
-from rollgait.cli.recordings import check_recording
 from rollgait.cli.simulate import Friction, Latency, PayloadText, RadiusError
+from rollgait.view.recordings import check_recording
 
 if TYPE_CHECKING:
     from rollgait.mpc.execution import ExecutionReport

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from rollgait.cli.recordings import check_recording, write_recording
 from rollgait.cli.replacing import note_replacing
 from rollgait.cli.view import MotionFile
+from rollgait.view.recordings import check_recording, write_recording
 
 
 def record(

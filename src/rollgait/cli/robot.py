@@ -27,8 +27,9 @@ def import_(
         str,
         typer.Argument(
             metavar="MODEL",
-            help="A .urdf, MJCF or xacro file, the .yaml that describes one, or the name of a robot: in the "
-            "library, or in the package robot_descriptions if it is installed.",
+            help="A .urdf, MJCF or xacro file (also example-robot-data:PATH in that package), the .yaml that "
+            "describes one, or the name of a robot: in the library, or in the package robot_descriptions "
+            "if it is installed.",
         ),
     ],
     legs: Annotated[

@@ -8,7 +8,7 @@ import numpy as np
 
 from rollgait.cli.output import number
 from rollgait.cli.report import NEAREST
-from rollgait.cli.simulate import conditions, summary_rows, verdict
+from rollgait.cli.simulate import conditions, summary_rows
 from rollgait.plan.certificate import Row
 from rollgait.plan.plan import Plan
 from rollgait.robot.robot import LEG_NAMES
@@ -43,7 +43,7 @@ def page_of(name: str, plan: Plan, joints: JointTrajectory | None, log: Simulati
         if certificate.passed
         else "not certified: " + ", ".join(row.name for row in certificate.failures)
     )
-    stays = "it was not executed" if log is None else verdict(log.report())
+    stays = "it was not executed" if log is None else log.report().verdict
     page.add("Verdict", Sentence(f"The plan is {says}; {stays}.", True))
     page.add(
         "Motion", Moving(moving_picture(plan), "The plan, from the side and from above, in its own time")

@@ -181,14 +181,6 @@ def summary_rows(report: SimulationReport) -> list[tuple[str, str, str]]:
     ]
 
 
-def verdict(report: SimulationReport) -> str:
-    """One sentence: what became of the robot."""
-    if report.fallen:
-        return f"the robot falls after {number(report.fallen_at)} s"
-    place, angle = number(MILLI * report.final_distance), number(abs(math.degrees(report.final_angle)))
-    return f"the robot stays on its feet and ends {place} mm and {angle} degrees from the plan"
-
-
 def print_simulation(report: SimulationReport) -> None:
     """The report for a person."""
     from rollgait.robot.robot import LEG_NAMES
@@ -210,7 +202,7 @@ def print_simulation(report: SimulationReport) -> None:
     for contact in report.unplanned:
         where = f"{contact.link} touches the ground at {number(contact.time)} s"
         print(f"\nunplanned contact: {where}, with up to {number(contact.force)} N")
-    print(f"\n  {verdict(report)}")
+    print(f"\n  {report.verdict}")
 
 
 def _write(log: SimulationLog, record: Path | None, video: Path | None, whole_body: Path | None) -> list[str]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import threading
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rollgait.errors import InputError, MissingExtraError
+from rollgait.errors import InputError
+from rollgait.view.recordings import need_view
 
 if TYPE_CHECKING:
     from rollgait.view.clip import Clip
@@ -75,12 +75,3 @@ def port_from(text: str) -> int:
     if not text.isascii() or not text.isdigit():
         raise InputError("port", text, "must be a whole number within [0, 65535]; 0 takes a free one")
     return int(text)
-
-
-def need_view(feature: str, *more: str) -> None:
-    """Raises `MissingExtraError` where viser, or one of `more` modules of its extra, is not installed."""
-    try:
-        for module in ("viser", *more):
-            import_module(module)
-    except ImportError:
-        raise MissingExtraError(feature, "view") from None

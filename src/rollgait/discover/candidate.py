@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 import numpy as np
 
@@ -34,6 +35,24 @@ class Candidate:
     def key(self) -> str:
         """Equal for candidates that are the same but for their names."""
         return json.dumps(self.values, sort_keys=True)
+
+
+STEP_TIME: Final = 0.5
+"""What a step counts in the score beside its time, s: who rolls cannot stumble."""
+DOUBT: Final = 2.0
+"""What any alternative counts in the score, s: what comes as it comes is mostly right."""
+
+
+def score(horizon: float, steps: int, doubt: float) -> float:
+    """Where a candidate stands in the order, s: how long it takes, its steps, and what speaks against it."""
+    return horizon + STEP_TIME * steps + doubt
+
+
+def too_long(horizon: float, longest: float) -> str:
+    """What is said where the quickest motion takes longer than allowed, s."""
+    return (
+        f"no motion found: the quickest one that is known takes {horizon:g} s, the horizon is {longest:g} s"
+    )
 
 
 Proposer = Callable[[Scenario], Iterable[Candidate]]

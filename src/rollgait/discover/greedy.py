@@ -14,7 +14,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from rollgait.discover.candidate import Candidate
+from rollgait.angles import turned
+from rollgait.discover.candidate import Candidate, too_long
 from rollgait.errors import NotSolvedError
 from rollgait.footing.carried import NOTHING, Carried, Feet, carried_ways
 from rollgait.footing.footing import FEET, Array
@@ -32,7 +33,7 @@ FEWEST: Final = 4
 """Intervals of a swing at least."""
 OTHER_PACES: Final = (1.4, 0.8)
 """How much longer than usual, or shorter, all steps take in what else is tried."""
-DOUBT: Final = 20.0
+DOUBT_OF_PACE: Final = 20.0
 """What another pace than the usual counts in the score, s: that is tried last."""
 SOON: Final = 0.3
 """Feet that must step within this of one another, in parts of the time between two steps, take turns."""
@@ -108,15 +109,12 @@ def stepping(scenario: Scenario) -> Iterator[Candidate]:
             if horizon <= scenario.horizon + 1e-9:
                 name = f"{name}, diagonal pairs" if in_pairs else name
                 name = name if slower == 1.0 else f"{name}, {slower:g} × the time"
-                found.append(Candidate(name, horizon + DOUBT * number, values))
+                found.append(Candidate(name, horizon + DOUBT_OF_PACE * number, values))
         yield from sorted(found, key=lambda candidate: candidate.score)
     if np.isinf(shortest):
         raise NotSolvedError(f"no way found: each that is known takes more than {MOST} steps")
     if shortest > scenario.horizon + 1e-9:
-        raise NotSolvedError(
-            f"no motion found: the quickest one that is known takes {shortest:g} s, "
-            f"the horizon is {scenario.horizon:g} s"
-        )
+        raise NotSolvedError(too_long(shortest, scenario.horizon))
 
 
 def greedy_gait(scenario: Scenario, way: Carried | None = None, pace: StepPace | None = None) -> Scenario:
@@ -243,9 +241,8 @@ class Walk:
     def _place(self, leg: int) -> Array:
         """Where a foot is, (2,), m."""
         now = self.way.index(self.gone)
-        x, y = self.way.offsets(leg, self.feet.at[leg], slice(now, now + 1), self.feet.arc[leg])[0]
-        c, s = np.cos(self.way.base[now, 2]), np.sin(self.way.base[now, 2])
-        return np.asarray(self.way.nominal[now, leg] + [c * x - s * y, s * x + c * y])
+        offset = self.way.offsets(leg, self.feet.at[leg], slice(now, now + 1), self.feet.arc[leg])[0]
+        return np.asarray(self.way.nominal[now, leg] + turned(offset, float(self.way.base[now, 2])))
 
 
 def walked(way: Carried, pace: StepPace, in_pairs: bool = False) -> Walk:
@@ -278,14 +275,13 @@ def walked(way: Carried, pace: StepPace, in_pairs: bool = False) -> Walk:
             walk.step(must[0][1], must[1:], [leg for _, leg in must])
             continue
         late = [leg for leg in range(FEET) if not walk.feet.is_settled(leg) and not np.isfinite(keeps[leg])]
-        settling = ((way.there_at(walk.feet.may_settle(leg), now, walk.gone) - now, leg) for leg in late)
-        wait, _, leg = min(
-            ((until - pace.swing * h, walk.turn(leg), leg) for until, leg in settling),
-            default=(np.inf, 0, 0),
-        )
+        settling = [
+            (way.there_at(walk.feet.may_settle(leg), now, walk.gone) - now - pace.swing * h, leg)
+            for leg in late
+        ]
+        wait, _, leg = min(((wait, walk.turn(leg), leg) for wait, leg in settling), default=(np.inf, 0, 0))
         if wait < h:
-            ready = [other for other in late if walk.feet.may_settle(other) - walk.gone - pace.swing * h < h]
-            walk.step(leg, must, ready)
+            walk.step(leg, must, [other for wait, other in settling if wait < h])
         elif walk.gone < way.duration - 1e-9:
             walk.go_on(max(1, int(min(wait, slack, walk.slot) / h)))
         else:

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from rollgait.discover.candidate import Candidate
+from rollgait.discover.candidate import DOUBT, Candidate, score, too_long
 from rollgait.discover.crossings import Crossing, lengths
 from rollgait.discover.orders import monotone, other_orders, straying, unevenness
 from rollgait.discover.serial import gait_values
@@ -27,10 +27,6 @@ SLOWER: Final = 1.4
 """Times the time: what a motion is given that is not found in the usual one."""
 FASTEST: Final = 0.6
 """Times the time: no gait is hurried more where the horizon is short."""
-STEP_TIME: Final = 0.5
-"""What a step counts in the score beside its time, s: who rolls cannot stumble."""
-DOUBT: Final = 2.0
-"""What any alternative counts in the score, s: what comes as it comes is mostly right."""
 UNEVEN: Final = 30.0
 """What it counts in the score that front and hind feet get farther apart in height than a step, s per m."""
 BASE_SHIFT: Final = 0.06
@@ -71,10 +67,7 @@ class _Rolling:
         others += [c for way in self.ways.steered() for c in self.usual(way)]
         yield from sorted(others, key=lambda c: c.score)
         if not usual and not others:
-            raise NotSolvedError(
-                f"no motion found: the quickest one that is known takes {min(self.too_long):g} s, "
-                f"the horizon is {self.scenario.horizon:g} s"
-            )
+            raise NotSolvedError(too_long(min(self.too_long), self.scenario.horizon))
 
     # -- gaits -------------------------------------------------------------------------------------------
 
@@ -117,8 +110,8 @@ class _Rolling:
         poses = way.base.at(np.unique(s).astype(float))
         base = BaseWay.through(poses, self.lever)
         values = gait_values(base, poses, way.steps, plan, self.scenario.gait, self.lever)
-        score = float(plan.horizon + STEP_TIME * len(way.steps) + doubt)
-        yield Candidate(f"{self.name(way)}, {name}", score, values)
+        place = score(float(plan.horizon), len(way.steps), doubt)
+        yield Candidate(f"{self.name(way)}, {name}", place, values)
 
     @property
     def pace(self) -> Pace:
@@ -150,4 +143,4 @@ class _Rolling:
             name, plan = f"{name}, hurried", hurried
         values = gait_values(way.base, way.poses, steps, plan, self.scenario.gait, self.lever)
         doubt += UNEVEN * max(0.0, unevenness(steps) - self.ways.rise)
-        yield Candidate(name, float(plan.horizon + STEP_TIME * len(steps) + doubt), values)
+        yield Candidate(name, score(float(plan.horizon), len(steps), doubt), values)

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from rollgait.discover.candidate import Candidate, goals_along
+from rollgait.discover.candidate import DOUBT, Candidate, goals_along, score, too_long
 from rollgait.discover.greedy import StepPace, TooManyStepsError, Walk, walk_values, walked
 from rollgait.discover.refusals import between, place, up
 from rollgait.discover.ways import Way, Ways
@@ -26,12 +26,8 @@ SLOWER: Final = 1.4
 """Times the time of steps on flat ground: they lead over edges."""
 OTHER_PACES: Final = (2.0, 1.0)
 """The same of what else is tried."""
-STEP_TIME: Final = 0.5
-"""What a step counts in the score beside its time, s."""
 GRAIN: Final = 0.01
 """Distance of the places of a track on which feet stand, m, at the most."""
-DOUBT: Final = 2.0
-"""What any alternative counts in the score, s."""
 DOUBT_OF_WHEELS: Final = 4.0
 """What these gaits count where no foot is a point: mostly it does to step where the ground asks for it."""
 
@@ -78,17 +74,14 @@ class _Walking:
         values = way_values(self.scenario, walk, way)
         horizon = float(str(values["horizon"]))
         if horizon > self.scenario.horizon + 1e-9:
-            self.refusals.append(
-                f"no motion found: the quickest one that is known takes {horizon:g} s, "
-                f"the horizon is {self.scenario.horizon:g} s"
-            )
+            self.refusals.append(too_long(horizon, self.scenario.horizon))
             return
         name = way.name or "steps on the straight way"
         name = name if slower == SLOWER else f"{name}, {slower / SLOWER:.2g} × the time"
         doubt = DOUBT * (bool(way.name) + (slower != SLOWER))
         if all(leg.foot != "point" for leg in self.scenario.body.leg_list):
             doubt += DOUBT_OF_WHEELS
-        yield Candidate(name, horizon + STEP_TIME * len(walk.steps) + doubt, values)
+        yield Candidate(name, score(horizon, len(walk.steps), doubt), values)
 
     def walked(self, way: Way, pace: StepPace) -> Walk:
         """A way gone; where a foot gets no farther, with more of the boxes."""

@@ -19,6 +19,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from rollgait.dynamics.foot import Scalar, planar_motion
 from rollgait.dynamics.ground import FootGround
 from rollgait.dynamics.wrench import external
@@ -189,6 +192,11 @@ def rotation(xp: Any, theta: Vector) -> list[list[Scalar]]:
         [s_z * c_y, s_z * s_y * s_x + c_z * c_x, s_z * s_y * c_x - c_z * s_x],
         [-s_y, c_y * s_x, c_y * c_x],
     ]
+
+
+def rotations(euler: NDArray[np.float64]) -> NDArray[np.float64]:
+    """R(θ), base to world, (n, 3, 3), of Euler angles (n, 3)."""
+    return np.moveaxis(np.array(rotation(np, list(euler.T))), -1, 0)
 
 
 def _yaw_path(

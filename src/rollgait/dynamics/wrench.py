@@ -47,6 +47,16 @@ def wrench_numbers(wrenches: Iterable[Wrench], com_offset: Array, begins: Array,
     return total
 
 
+def mean_wrench(
+    wrenches: Sequence[Wrench], com_offset: Array, begin: float, end: float
+) -> list[float] | None:
+    """`wrench_numbers` of one stretch of time, 21 numbers; None if there are no wrenches."""
+    if not wrenches:
+        return None
+    found = wrench_numbers(wrenches, com_offset, np.array([begin]), np.array([end]))
+    return [float(number) for number in found[:, 0]]
+
+
 def external(numbers: Vector, R: Sequence[Vector]) -> tuple[list[Any], list[Any]]:
     """Force, N, and torque about the CoM, N·m, both 3 in world axes.
 

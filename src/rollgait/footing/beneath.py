@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.dynamics.step import rotation
+from rollgait.dynamics.step import rotations
 from rollgait.footing.footing import FEET, Array
 from rollgait.robot.robot import LEG_NAMES, Box, Robot, Sphere
 
@@ -89,7 +89,7 @@ class Underside:
         leg: whose foot each follows, or which is nearest to it, (n,).
         stance: p̄ of that foot, (n, 3), m.
         height: above level ground in the nominal stance, (n,), m.
-        is_trunk: 1 for points of the trunk, 0 for those of legs, (n,).
+        is_trunk: whether a point is one of the trunk, not of a leg, (n,).
     """
 
     place: Array
@@ -97,7 +97,7 @@ class Underside:
     leg: NDArray[np.intp]
     stance: Array
     height: Array
-    is_trunk: Array
+    is_trunk: NDArray[np.bool_]
 
     @classmethod
     def of(cls, robot: Robot) -> Underside:
@@ -106,16 +106,17 @@ class Underside:
         limbs = [_under_sphere(sphere) for sphere in robot.underside.limbs]
         place = np.vstack([np.zeros((0, 3)), *belly, *limbs])
         trunk, counts = sum(map(len, belly)), [len(points) for points in limbs]
-        leg, share, is_trunk = np.zeros(len(place), dtype=np.intp), np.ones(len(place)), np.zeros(len(place))
+        leg, share = np.zeros(len(place), dtype=np.intp), np.ones(len(place))
         leg[:trunk] = np.linalg.norm(place[:trunk, None, :2] - robot.stance[:, :2], axis=-1).argmin(axis=1)
         leg[trunk:] = np.repeat([LEG_NAMES.index(s.leg) for s in robot.underside.limbs], counts)
         share[trunk:] = np.repeat([s.with_base for s in robot.underside.limbs], counts)
-        is_trunk[:trunk] = 1.0
-        return cls(place, share, leg, robot.stance[leg], place[:, 2] + robot.height, is_trunk)
+        return cls(
+            place, share, leg, robot.stance[leg], place[:, 2] + robot.height, np.arange(len(place)) < trunk
+        )
 
     def asked(self, clearance: float) -> Array:
         """How far from the ground each point must stay, (n,), m."""
-        return np.asarray(np.where(self.is_trunk > 0.0, clearance, min(clearance, LIMBS)))
+        return np.asarray(np.where(self.is_trunk, clearance, min(clearance, LIMBS)))
 
     @cached_property
     def arms(self) -> tuple[Array, Array]:
@@ -132,8 +133,8 @@ class Underside:
         return np.asarray(
             w * path.com[:, None]
             + (1.0 - w) * path.feet[:, self.leg]
-            + with_base @ _rotation(path.euler).swapaxes(-1, -2)
-            + with_foot @ _rotation(level).swapaxes(-1, -2)
+            + with_base @ rotations(path.euler).swapaxes(-1, -2)
+            + with_foot @ rotations(level).swapaxes(-1, -2)
         )
 
 
@@ -286,8 +287,3 @@ def _under_sphere(sphere: Sphere) -> Array:
     ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(AROUND)])
     rings = [share * ring - [0.0, 0.0, np.sqrt(1.0 - share**2)] for share in RINGS]
     return np.asarray(sphere.centre + sphere.radius * np.vstack([[0.0, 0.0, -1.0], *rings]))
-
-
-def _rotation(euler: Array) -> Array:
-    """R(θ), base to world, (n, 3, 3)."""
-    return np.moveaxis(np.array(rotation(np, list(euler.T))), -1, 0)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.dynamics.step import rotations
 from rollgait.errors import InputError
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.log import LogWriter, MpcLog, MpcReport
@@ -296,7 +297,7 @@ class _Run:
             away = pose[:3] - wanted.com_position
         else:
             away = own.base_position - planned_base(plant, wanted)
-        R, R_planned = _rotations(pose[None, 3:])[0], _rotations(wanted.euler[None])[0]
+        R, R_planned = rotations(pose[None, 3:])[0], rotations(wanted.euler[None])[0]
         error = R @ R_planned.T
         return {
             "final_distance": float(np.hypot(*away[:2])),
@@ -311,7 +312,7 @@ def planned_base(plant: Any, wanted: Samples) -> Array:
     from rollgait.tracking.kinematics import InverseKinematics
     from rollgait.tracking.tasks import Target
 
-    R = _rotations(wanted.euler[None])[0]
+    R = rotations(wanted.euler[None])[0]
     target = Target(wanted.com_position, R, wanted.foot_position, wanted.heading, np.zeros(len(LEG_NAMES)))
     return np.asarray(InverseKinematics(plant.follower.model).stand(target).p_base)
 
@@ -325,13 +326,6 @@ def _at(plans: Sequence[Plan], numbers: NDArray[np.int_], times: Array) -> list[
     return rows
 
 
-def _rotations(euler: Array) -> Array:
-    """R of Euler angles (n, 3): (n, 3, 3)."""
-    from rollgait.dynamics.step import rotation
-
-    return np.moveaxis(np.array(rotation(np, list(euler.T))), 2, 0)
-
-
 def _up(euler: Array) -> Array:
     """z axes of bases with Euler angles (n, 3), (n, 3)."""
-    return np.asarray(_rotations(euler)[:, :, 2])
+    return np.asarray(rotations(euler)[:, :, 2])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.dynamics.step import POINTS, rotation
+from rollgait.dynamics.step import POINTS, rotations
 from rollgait.dynamics.wrench import wrench_numbers
 from rollgait.errors import InputError
 from rollgait.mpc.clock import GaitClock
@@ -387,5 +387,4 @@ class Filling:
 
 def _seen(places: Array, yaw: Array, tilt: Array) -> Array:
     """Vectors (n, 4, 3) in axes of n yaws (n,) and tilts (2, n), in the order pitch, roll."""
-    R: Array = np.moveaxis(np.array(rotation(np, [yaw, tilt[0], tilt[1]])), 2, 0)
-    return np.asarray(places @ R)
+    return np.asarray(places @ rotations(np.stack([yaw, tilt[0], tilt[1]], axis=1)))

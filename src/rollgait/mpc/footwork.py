@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rollgait.mpc.gaits import GAITS, CyclicGait
-from rollgait.robot.robot import Robot
+from rollgait.robot.robot import FootKind, Robot
 
 Array = NDArray[np.float64]
 Twist = tuple[float, float, float]
@@ -38,8 +38,11 @@ class Footwork:
 
     def __init__(self, robot: Robot) -> None:
         legs = robot.leg_list
-        self._kinds = [leg.foot for leg in legs]
-        self._all_steer = set(self._kinds) == {"steerable"}
+        kinds = self._kinds = [leg.foot for leg in legs]
+        self.steers: NDArray[np.bool_] = np.array([kind == "steerable" for kind in kinds])
+        """Which feet are wheels that steer, (4,)."""
+        self._is_fixed = np.array([kind == "fixed" for kind in kinds])
+        self._pinned = {locked: _pinned(kinds, locked) for locked in (False, True)}
         stance = robot.stance[:, :2]
         heading = np.array([leg.heading for leg in legs])
         along = np.stack([np.cos(heading), np.sin(heading)], axis=1)
@@ -52,15 +55,9 @@ class Footwork:
         side = np.minimum(-boxes[:, 0], boxes[:, 1])
         self._side: Array = (side[:, None] / np.maximum(np.abs(self._axes), FELT)).min(axis=2)
 
-    @property
-    def steers(self) -> NDArray[np.bool_]:
-        """Which feet are wheels that steer, (4,)."""
-        return np.array([kind == "steerable" for kind in self._kinds])
-
     def pinned(self, locked: bool = False) -> NDArray[np.bool_]:
         """Along which of its axes, heading and left of it, a foot that stands does not move, (4, 2)."""
-        held = {"steerable": (locked, locked), "fixed": (locked, True), "point": (True, True)}
-        return np.array([held[kind] for kind in self._kinds])
+        return self._pinned[locked]
 
     def dragged(self, velocity: Array, locked: bool = False) -> Array:
         """The part of the velocities of nominal places that feet which stand cannot follow.
@@ -72,7 +69,10 @@ class Footwork:
         Returns:
             The same shape.
         """
-        own = np.einsum("lad,dln->lan", self._axes, velocity) * self.pinned(locked)[..., None]
+        pinned = self.pinned(locked)
+        if not pinned.any():
+            return np.zeros_like(velocity)
+        own = np.einsum("lad,dln->lan", self._axes, velocity) * pinned[..., None]
         return np.asarray(np.einsum("lad,lan->dln", self._axes, own))
 
     def rolling(self, velocity: Array) -> Array:
@@ -80,14 +80,16 @@ class Footwork:
 
         0 for all other feet.
         """
-        is_fixed = np.array([kind == "fixed" for kind in self._kinds])
-        return np.asarray(np.einsum("ld,dln->ln", self._axes[:, 0], velocity) * is_fixed[:, None])
+        if not self._is_fixed.any():
+            return np.zeros(velocity.shape[1:])
+        return np.asarray(np.einsum("ld,dln->ln", self._axes[:, 0], velocity) * self._is_fixed[:, None])
 
     def within(self, gait: CyclicGait, twist: Sequence[float]) -> Twist:
         """A velocity cut to what the feet can follow: what takes steps is less, what rolls stays."""
-        if self._all_steer and gait.wheels != "locked":  # asked for each interval of each step
+        held = self.pinned(gait.wheels == "locked")
+        if not held.any():
             return twist[0], twist[1], twist[2]
-        pinned = self.pinned(gait.wheels == "locked")[..., None] * self._velocity
+        pinned = held[..., None] * self._velocity
         takes_steps = np.abs(pinned).max(axis=(0, 1)) > FELT
         wanted = np.array(twist, dtype=float)
         speed = np.abs(pinned @ wanted)
@@ -126,6 +128,11 @@ class Footwork:
         """The gait to begin with: rolling where all of these velocities (n, 3) can be rolled, else steps."""
         drive = GAITS["drive"]
         return STEPPING if any(self.note(drive, twist) for twist in np.atleast_2d(twists)) else drive.name
+
+
+def _pinned(kinds: Sequence[FootKind], locked: bool) -> NDArray[np.bool_]:
+    held = {"steerable": (locked, locked), "fixed": (locked, True), "point": (True, True)}
+    return np.array([held[kind] for kind in kinds])
 
 
 def stride_share(gait: CyclicGait) -> float:

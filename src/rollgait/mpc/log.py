@@ -14,7 +14,7 @@ from pydantic import BaseModel, Field
 
 from rollgait.archive import ArchiveFormat
 from rollgait.config import Line, Number, Positive
-from rollgait.dynamics.step import rotation
+from rollgait.dynamics.step import rotations
 from rollgait.errors import MISSING, InputError
 from rollgait.mpc.prediction import Event, Prediction
 from rollgait.npz import Layout
@@ -89,7 +89,7 @@ class MpcLog:
 
     def outside(self) -> Array:
         """How far each foot is outside its box in the plane, seen from the base, (n, 4), m; 0 inside."""
-        R: Array = np.moveaxis(np.array(rotation(np, list(self.euler.T))), 2, 0)
+        R = rotations(self.euler)
         seen = np.einsum("nji,nlj->nli", R, self.foot_position - self.com_position[:, None])
         away = (seen - self.robot.stance)[..., :2]
         low, high = np.moveaxis(self.robot.foot_boxes()[:, :, :2], 1, 0)

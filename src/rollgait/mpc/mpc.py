@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rollgait.dynamics.step import rotation
-from rollgait.dynamics.wrench import external, wrench_numbers
+from rollgait.dynamics.wrench import external, mean_wrench
 from rollgait.errors import InputError, NotSolvedError
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.command import PoseCommand, VelocityCommand, check_command
@@ -546,7 +546,7 @@ class Mpc:
         xy = state.foot_position[:, :2]
         normals, touch = fill.ground.normals(contact, xy), fill.ground.touch(contact, xy, state.heading)
         tilt = fill.ground.tilt(xy, float(state.euler[0])) if self._stands else (0.0, 0.0)
-        wrench = self._wrench(state.time, state.time + period)
+        wrench = mean_wrench(self._wrenches, self._fill.robot.com_offset, state.time, state.time + period)
         if self._stands:
             offset = 0.0 if touch is None else touch[0]
             pull: Array | None = None
@@ -573,14 +573,6 @@ class Mpc:
             end = self._standing.settle(end, period, tilt)
             it.rest(self._model.node(end))
         return Control(state, end, force, motion, contact, *(touch or ()))
-
-    def _wrench(self, begin: float, end: float) -> list[float] | None:
-        """What pulls at the base in a period, as `dynamics.wrench` has it; None if nothing ever does."""
-        if not self._wrenches:
-            return None
-        times = np.array([begin, end])
-        found = wrench_numbers(self._wrenches, self._fill.robot.com_offset, times[:1], times[1:])
-        return [float(number) for number in found[:, 0]]
 
     def _take_robot(self, robot: Robot) -> None:
         self._model = RobotModel(robot, self._problem.layout)

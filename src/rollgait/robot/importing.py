@@ -29,8 +29,9 @@ def import_robot(
     """The planner's robot of a URDF, and what it is made of; `save` writes it.
 
     Args:
-        model: a .urdf, MJCF or xacro file, the .yaml that describes one, or the name of a robot: in the
-            library, or in the package `robot_descriptions` where that is installed.
+        model: a .urdf, MJCF or xacro file, also `example-robot-data:PATH` in that package; the .yaml that
+            describes one; or the name of a robot: in the library, or in the package `robot_descriptions`
+            where that is installed.
         legs: file that names the legs' frames and joints; if not given the .yaml beside the URDF; if there is
             none, they are found by chains, symmetry and axes.
         srdf: SRDF with the posture.

@@ -62,6 +62,10 @@ class Wrench(Config):
             raise ValueError(f"must end after it starts: {self.end:g} s is not after {self.start:g} s")
         return self
 
+    def acts_at(self, times: Any) -> Any:
+        """Whether it acts at times, s, any shape."""
+        return (times >= self.start) & (times < (np.inf if self.end is None else self.end))
+
     def share_of(self, begins: Array, ends: Array) -> Array:
         """Which part of each stretch of time it acts in, (n,), from 0 to 1."""
         last = np.inf if self.end is None else self.end

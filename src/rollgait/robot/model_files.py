@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from rollgait.errors import FileError
+from rollgait.robot.whole_body import DATA_PREFIX, data_file
 from rollgait.robot.xacro_files import expand, is_xacro
 from rollgait.robot.xml_files import read_xml
 
@@ -27,7 +28,8 @@ def model_file(model: str | Path) -> Path:
     A xacro file is expanded: the file is the URDF that is written beside it.
 
     Args:
-        model: a path; or a name such as `go2_description` or `go2`, which no file and no folder has.
+        model: a path, also one that begins with `example-robot-data:`, in that package; or a name such as
+            `go2_description` or `go2`, which no file and no folder has.
 
     Raises:
         FileError: the package knows the robot, but its files cannot be had; or a file is no XML, or xacro
@@ -42,6 +44,8 @@ def model_file(model: str | Path) -> Path:
 def _named(model: str | Path) -> Path:
     path = Path(model)
     name = str(model)
+    if name.startswith(DATA_PREFIX):
+        return data_file("urdf", name)
     if path.exists() or not name.isidentifier() or importlib.util.find_spec(PUBLIC) is None:
         return path
     for pattern in MODULES:

@@ -211,6 +211,19 @@ class Shapes(Config):
         """Whether anything is known of them."""
         return bool(self.belly or self.limbs)
 
+    def seen_from(self, shift: NDArray[np.float64]) -> Shapes:
+        """The same shapes from a place that is so far from the one they are seen from, (3,), m."""
+        x, y, z = (float(along) for along in shift)
+        belly = [
+            Box(x=(box.x[0] - x, box.x[1] - x), y=(box.y[0] - y, box.y[1] - y), z=box.z - z)
+            for box in self.belly
+        ]
+        limbs = [
+            sphere.model_copy(update={"centre": tuple((np.array(sphere.centre) - shift).tolist())})
+            for sphere in self.limbs
+        ]
+        return Shapes(belly=tuple(belly), limbs=tuple(limbs))
+
 
 class Robot(Shown, Config):
     """A quadruped as a single rigid body with four feet."""
@@ -368,7 +381,7 @@ class Robot(Shown, Config):
         shift: NDArray[np.float64],
         loads: tuple[Load, ...] | None,
     ) -> Robot:
-        """A copy with other figures, its CoM shifted within the base, where feet and hips stay."""
+        """A copy with other figures, its CoM shifted within the base, where feet, hips and shapes stay."""
         data = self.model_dump(mode="json")
         data["mass"], data["loads"] = float(mass), loads and [load.model_dump() for load in loads]
         rows = {axis: k for k, axis in enumerate("xyz")}
@@ -377,6 +390,7 @@ class Robot(Shown, Config):
             leg["stance"] = (np.array(leg["stance"]) - shift).tolist()
             if leg["limb"] is not None:
                 leg["limb"]["hip"] = (np.array(leg["limb"]["hip"]) - shift).tolist()
+        data["underside"] = self.underside.seen_from(shift).model_dump(mode="json")
         return validate(Robot, data, "robot")
 
     def with_posture(self, joints: Mapping[str, float]) -> Robot:

@@ -213,9 +213,23 @@ def _placed(body: WholeBody, folder: Path) -> WholeBody:
     return body.model_copy(update=places)
 
 
+def data_file(field: str, path: str) -> Path:
+    """The file of a path that begins with `DATA_PREFIX`, in the installed package.
+
+    Raises:
+        FileError: there is no such file in it.
+        MissingExtraError: the package is not installed.
+    """
+    folder = _example_robot_data()
+    place = folder / path.removeprefix(DATA_PREFIX)
+    if not place.resolve().is_relative_to(folder.resolve()) or not place.is_file():
+        raise FileError(field, path, "cannot be read: there is no such file in the package")
+    return place
+
+
 def _place(field: str, path: str, folder: Path) -> Path:
     if path.startswith(DATA_PREFIX):
-        return _example_robot_data() / path.removeprefix(DATA_PREFIX)
+        return data_file(field, path)
     place = folder / path
     if not place.is_file():
         raise FileError(field, path, f"cannot be read: there is no such file in {folder}")

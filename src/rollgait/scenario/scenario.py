@@ -267,8 +267,7 @@ class Scenario(Shown, Config):
         terrain = self.ground.terrain()
         if terrain.map is None:
             return terrain
-        feet = turned(self.body.stance, math.radians(self.start.yaw_deg))[:, :2]
-        return terrain.filled_around(feet + np.array([self.start.x, self.start.y]))
+        return terrain.filled_around(_feet(self.start, self.body.stance))
 
     def goal_at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Goal at times (s, shape (n,)): x, y, z of the CoM (m), yaw, pitch, roll (rad); shape (n, 6)."""
@@ -527,9 +526,7 @@ class Scenario(Shown, Config):
 
 def _feet(pose: Start | Goal | LaterGoal, stance: NDArray[np.float64]) -> NDArray[np.float64]:
     """Nominal places of the feet in the plane at a pose, (4, 2), m."""
-    yaw = math.radians(pose.yaw_deg)
-    c, s = math.cos(yaw), math.sin(yaw)
-    return np.asarray(np.array([pose.x, pose.y]) + stance[:, :2] @ np.array([[c, s], [-s, c]]))
+    return np.array([pose.x, pose.y]) + turned(stance[:, :2], math.radians(pose.yaw_deg))
 
 
 def _discovers(gait: Any) -> bool:

@@ -33,7 +33,7 @@ def require_stance(
             edge, or too near to one.
     """
     x, y, yaw_deg = pose
-    feet = np.array([x, y]) + turned(robot.stance, np.radians(yaw_deg))[:, :2]
+    feet = np.array([x, y]) + turned(robot.stance[:, :2], np.radians(yaw_deg))
     require_known(terrain, feet, field)
     regions = regions_about(terrain, [leg.foot_radius for leg in robot.leg_list], feet, AROUND)
     require_standing(regions, feet, field, with_margin)

@@ -18,6 +18,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.angles import turned
 from rollgait.simulation.leg_shift import LegShift
 from rollgait.simulation.world import World
 from rollgait.tracking.joints import JointTrajectory
@@ -118,12 +119,12 @@ class BaseFeedback:
         samples = plan.reference
         yaw = yaw_of(np.roll(data.qpos[3:7], -1))
         away = plan.base_position[k, :2] - data.qpos[:2]
-        turned = wrapped(yaw_of(plan.base_quaternion[k]) - yaw)
+        turned_by = wrapped(yaw_of(plan.base_quaternion[k]) - yaw)
         heading, speed = samples.heading[k], samples.speed[k] * (time <= plan.time[-1])
         stance = samples.contact[k]
         if self._steers.all():
-            rolling = self._roll(k, away, turned, stance)
-            steering_rate = self._steer(k, away, turned, speed)
+            rolling = self._roll(k, away, turned_by, stance)
+            steering_rate = self._steer(k, away, turned_by, speed)
             if time >= self._stands_from:
                 left = np.array([-np.sin(yaw), np.cos(yaw)])
                 standing = SLOW**2 / (float(np.max(speed**2)) + SLOW**2)
@@ -131,14 +132,14 @@ class BaseFeedback:
         else:
             along = self._shared_heading(heading, stance)
             rolling = self._roll(
-                k, (away @ along) * along, self._turn_share * turned, stance & self._has_wheel
+                k, (away @ along) * along, self._turn_share * turned_by, stance & self._has_wheel
             )
-            steering_rate = self._steer(k, np.zeros(2), turned, speed)
+            steering_rate = self._steer(k, np.zeros(2), turned_by, speed)
             across = away - (away @ along) * along
             gain = SHIFT_GAIN if time >= self._stands_from else STEPPING_GAIN
             if self._legs_move_all_ways:
-                self._shift_base(k, across, turned, ~self._free[k], gain)
-                self._place_swinging(k, across, turned, self._free[k])
+                self._shift_base(k, across, turned_by, ~self._free[k], gain)
+                self._place_swinging(k, across, turned_by, self._free[k])
         height = np.zeros((4, 1))
         self._legs.update(
             plan.base_position[k],
@@ -150,25 +151,25 @@ class BaseFeedback:
 
     # -- wheels --------------------------------------------------------------------------------------------
 
-    def _wanted(self, k: int, away: Array, turned: float) -> Array:
+    def _wanted(self, k: int, away: Array, turned_by: float) -> Array:
         """δ of the feet in the ground plane, (4, 2), m/s."""
         velocity = bounded(GAIN * away, SPEED_MAX)
-        rate = float(np.clip(GAIN * turned, -TURN_MAX, TURN_MAX))
+        rate = float(np.clip(GAIN * turned_by, -TURN_MAX, TURN_MAX))
         return velocity + rate * _left_of(self._lever(k))
 
-    def _roll(self, k: int, away: Array, turned: float, stance: NDArray[np.bool_]) -> Array:
+    def _roll(self, k: int, away: Array, turned_by: float, stance: NDArray[np.bool_]) -> Array:
         """By which rate each wheel turns in addition, (4,), rad/s."""
-        wanted, heading = self._wanted(k, away, turned), self._joints.reference.heading[k]
+        wanted, heading = self._wanted(k, away, turned_by), self._joints.reference.heading[k]
         along = wanted[:, 0] * np.cos(heading) + wanted[:, 1] * np.sin(heading)
         rolling = np.where(stance, along, 0.0) / np.where(self._world.radius > 0.0, self._world.radius, 1.0)
         self._rolled += rolling * PERIOD
         return rolling
 
-    def _steer(self, k: int, away: Array, turned: float, speed: Array) -> Array:
+    def _steer(self, k: int, away: Array, turned_by: float, speed: Array) -> Array:
         """With which rate each heading changes in addition, (4,), rad/s."""
-        wanted, heading = self._wanted(k, away, turned), self._joints.reference.heading[k]
+        wanted, heading = self._wanted(k, away, turned_by), self._joints.reference.heading[k]
         across = wanted[:, 1] * np.cos(heading) - wanted[:, 0] * np.sin(heading)
-        steering = turned + across * speed / (speed**2 + SLOW**2)
+        steering = turned_by + across * speed / (speed**2 + SLOW**2)
         steering = np.clip(steering, -STEERING_MAX, STEERING_MAX)
         change = (steering - self._steered) * PERIOD / STEERING_TIME
         change = np.clip(change, -STEERING_RATE * PERIOD, STEERING_RATE * PERIOD)
@@ -193,25 +194,25 @@ class BaseFeedback:
 
     def _shift_in_world(self, k: int) -> Array:
         """The feet's shifts in axes of the world, (4, 2), m; they are kept in those of the base's yaw."""
-        return np.asarray(_rotated(self._shift, yaw_of(self._joints.base_quaternion[k])))
+        return turned(self._shift, yaw_of(self._joints.base_quaternion[k]))
 
     def _shift_base(
-        self, k: int, away: Array, turned: float, stance: NDArray[np.bool_], gain: float = SHIFT_GAIN
+        self, k: int, away: Array, turned_by: float, stance: NDArray[np.bool_], gain: float = SHIFT_GAIN
     ) -> None:
         """Moves the base over the feet that stand by a share of what it is off, as far as all of them can."""
         velocity = bounded(gain * away, SHIFT_SPEED)
-        rate = float(np.clip(gain * turned, -SHIFT_TURN, SHIFT_TURN))
+        rate = float(np.clip(gain * turned_by, -SHIFT_TURN, SHIFT_TURN))
         step = -PERIOD * (velocity + rate * _left_of(self._lever(k)))
-        step = _rotated(step, -yaw_of(self._joints.base_quaternion[k]))
+        step = turned(step, -yaw_of(self._joints.base_quaternion[k]))
         before, after = (np.linalg.norm(shift[stance], axis=1) for shift in (self._shift, self._shift + step))
         if not np.any((after > SHIFT_MAX) & (after > before)):  # all feet, or they would be pulled apart
             self._shift[stance] += step[stance]
 
-    def _place_swinging(self, k: int, away: Array, turned: float, swings: NDArray[np.bool_]) -> None:
+    def _place_swinging(self, k: int, away: Array, turned_by: float, swings: NDArray[np.bool_]) -> None:
         """Leads feet in the air to where they were planned in the world, seen from where the base is."""
         yaw = yaw_of(self._joints.base_quaternion[k])
         lever = self._lever(k)
-        wanted = _rotated(lever + away, turned - yaw) - _rotated(lever, -yaw)
+        wanted = turned(lever + away, turned_by - yaw) - turned(lever, -yaw)
         for leg in np.flatnonzero(swings):
             step = bounded((bounded(wanted[leg], SHIFT_MAX) - self._shift[leg]) / SWING_TIME, SWING_SPEED)
             self._shift[leg] += PERIOD * step
@@ -245,14 +246,8 @@ def _middle_of_swings(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return free
 
 
-def _rotated(vectors: Array, angle: float) -> Array:
-    """Vectors in the plane, (n, 2), turned by an angle, rad."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.asarray(vectors @ np.array([[c, s], [-s, c]]))
-
-
 def _left_of(vectors: Array) -> Array:
-    """Vectors in the plane, (n, 2), turned by 90°."""
+    """Vectors in the plane, (n, 2), turned_by by 90°."""
     return np.stack([-vectors[:, 1], vectors[:, 0]], axis=1)
 
 

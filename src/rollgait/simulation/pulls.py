@@ -41,7 +41,7 @@ class Pulls:
         total = np.zeros(6)
         R_world_base = data.xmat[base].reshape(3, 3)
         for wrench in self._wrenches:
-            if time < wrench.start or (wrench.end is not None and time >= wrench.end):
+            if not wrench.acts_at(time):
                 continue
             force, torque = np.array(wrench.force), np.array(wrench.torque)
             if wrench.frame == "base":

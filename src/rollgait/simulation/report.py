@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
@@ -72,6 +73,17 @@ class SimulationReport:
     unplanned: tuple[UnplannedContact, ...]
     joints: tuple[JointUse, ...]
     real_time_factor: float
+
+    @property
+    def verdict(self) -> str:
+        """One sentence: what became of the robot."""
+        if self.fallen:
+            return f"the robot falls after {self.fallen_at:.4g} s"
+        place, angle = 1e3 * self.final_distance, abs(math.degrees(self.final_angle))
+        return f"the robot stays on its feet and ends {place:.1f} mm and {angle:.2f} degrees from the plan"
+
+    def __str__(self) -> str:
+        return self.verdict
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data, e.g. for JSON; angles in rad."""

@@ -163,11 +163,10 @@ def _pulled(plan: Plan, t: Array, q: Array) -> Array:
     """Forces of wrenches on the base in its axes, (n, 3), N: the joints feel them through the feet alone."""
     total = np.zeros((len(t), 3))
     for wrench in plan.scenario.wrenches:
-        acts = (t >= wrench.start) & (t < (np.inf if wrench.end is None else wrench.end))
         force = np.tile(wrench.force, (len(t), 1))
         if wrench.frame == "world":
             force = Rotation.from_quat(q[:, 3:7]).inv().apply(force)
-        total += acts[:, None] * force
+        total += wrench.acts_at(t)[:, None] * force
     return total
 
 

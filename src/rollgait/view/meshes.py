@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -26,6 +27,8 @@ GRID = 0.014
 STIFFNESS = 1e-3
 """How strongly a new vertex is held at the mean of those it replaces, against the planes that meet there."""
 COLOUR = "#A8ADB4"
+
+log = logging.getLogger("rollgait")
 
 
 @dataclass(frozen=True)
@@ -119,13 +122,22 @@ def _scale(element: ET.Element) -> Array:
 
 
 @lru_cache(maxsize=64)
-def _mesh(path: Path, scale: tuple[float, float, float]) -> shapes.Shape:
-    """A mesh file, simplified; mirrored faces are turned so that their outside stays outside."""
+def _mesh(path: Path, scale: tuple[float, float, float]) -> shapes.Shape | None:
+    """A mesh file, simplified; mirrored faces are turned so that their outside stays outside.
+
+    None if it cannot be read, which is said once: a motion can be seen without.
+    """
     try:
         import trimesh
     except ImportError:
         raise MissingExtraError("showing the whole body", "view") from None
-    loaded: Any = trimesh.load_mesh(path)
+    try:
+        loaded: Any = trimesh.load_mesh(path)
+        if len(loaded.faces) == 0:
+            raise ValueError("there is no surface in it")
+    except Exception as error:  # of any of its readers, on a file that somebody else made
+        log.warning("%s cannot be read and is not drawn: %s", path.name, " ".join(str(error).split())[:200])
+        return None
     vertices = np.asarray(loaded.vertices, dtype=float) * np.array(scale)
     faces = np.asarray(loaded.faces)
     if np.prod(scale) < 0.0:

@@ -6,9 +6,11 @@ import contextlib
 import errno
 import io
 import socket
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from typing import Any, Final
 
+import rich
 import viser
 
 from rollgait.errors import InputError
@@ -63,7 +65,7 @@ def start_server(host: str, port: int, title: str) -> Server:
         InputError: the port or the host cannot be had.
     """
     port = check_address(host, port)
-    with contextlib.redirect_stdout(io.StringIO()):  # viser prints a table of its addresses
+    with _quiet():  # viser prints a table of its addresses
         server = Server(host, port, title)
     if server.get_port() != port:  # taken in between: viser goes on to the next one
         stop_server(server)
@@ -80,8 +82,20 @@ def start_server(host: str, port: int, title: str) -> Server:
 
 def stop_server(server: Any) -> None:
     """Stops a server quietly."""
-    with contextlib.redirect_stdout(io.StringIO()):
+    with _quiet():
         server.stop()
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Nothing is printed, in a notebook neither, where rich goes around stdout."""
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            yield
+    finally:
+        console.quiet = before
 
 
 def check_address(host: str, port: int) -> int:

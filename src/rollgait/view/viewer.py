@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import threading
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Final
@@ -30,7 +31,7 @@ from rollgait.view.exports import NEED_JOINTS, exported
 from rollgait.view.gate.uploads import check_unpacked
 from rollgait.view.layers.layer import GHOST
 from rollgait.view.lights import add_lights, cast_shadows
-from rollgait.view.opening import open_clip
+from rollgait.view.opening import clip_of, open_clip
 from rollgait.view.panels.certificate import CertificatePanel
 from rollgait.view.panels.files import FilesPanel
 from rollgait.view.panels.keys import add_keys
@@ -95,6 +96,13 @@ class Viewer:
         except BaseException:
             self.close()
             raise
+
+    def __repr__(self) -> str:
+        return f"<Viewer: {self.clip.name} at {self.url}>"
+
+    def _repr_html_(self) -> str:
+        said = f"<b>{escape(self.clip.name)}</b>: {escape(self.clip.verdict)}"
+        return f'<p>{said}; <a href="{escape(self.url, quote=True)}" target="_blank">open the viewer</a></p>'
 
     # -- what is shown --
 
@@ -409,7 +417,7 @@ def view(motion: Any, compare: Any = None, *, host: str = LOOPBACK, port: int = 
     """Opens the viewer of a motion and returns at once; it lives until `close` or the end of the program.
 
     Args:
-        motion: a plan, or the file of a plan, of joints, or of a simulation.
+        motion: a plan, joints, a simulation, a run of the controller, a scenario, or the file of one.
         compare: another one to show as a ghost.
         host: address to listen on.
         port: 0 takes a free one.
@@ -417,13 +425,7 @@ def view(motion: Any, compare: Any = None, *, host: str = LOOPBACK, port: int = 
     Raises:
         InputError: a file is not what it should be, or the port cannot be had.
     """
-    return Viewer(_clip(motion), None if compare is None else _clip(compare), host, port)
-
-
-def _clip(motion: Any) -> Clip:
-    if isinstance(motion, Clip):
-        return motion
-    return clip_of_plan(motion, "plan") if isinstance(motion, Plan) else open_clip(Path(motion))
+    return Viewer(clip_of(motion), None if compare is None else clip_of(compare), host, port)
 
 
 def _window(scenario: Scenario | None) -> list[float]:

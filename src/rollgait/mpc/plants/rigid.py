@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from rollgait.dynamics.foot import planar_motion
 from rollgait.dynamics.step import Figures, angular_momentum, euler_rate, rotation
-from rollgait.dynamics.wrench import external, wrench_numbers
+from rollgait.dynamics.wrench import external, mean_wrench
 from rollgait.mpc.footwork import Footwork
 from rollgait.plant.control import Control
 from rollgait.plant.fall import is_fallen
@@ -91,7 +91,7 @@ class RigidPlant:
         x, period = self._state, control.period
         self._pushes = [push for push in self._pushes if push[0] > x.time + 1e-9]
         pushing = np.sum([force for _, force in self._pushes], axis=0) if self._pushes else np.zeros(3)
-        pulled = self._pulled(x.time, x.time + period)
+        pulled = mean_wrench(self._wrenches, self._robot.com_offset, x.time, x.time + period)
         I_B = self._robot.inertia_matrix.tolist()
         L = np.array(angular_momentum(np, x.euler.tolist(), x.euler_rate.tolist(), I_B))
         height = control.end.foot_position[:, 2]
@@ -136,13 +136,6 @@ class RigidPlant:
             speed=motion[:, 0].copy(),
         )
         self.fallen |= self._has_fallen()
-
-    def _pulled(self, begin: float, end: float) -> Array | None:
-        """What pulls at the base in a period, as `dynamics.wrench` has it; None if nothing."""
-        if not self._wrenches:
-            return None
-        times = np.array([begin, end])
-        return wrench_numbers(self._wrenches, self._robot.com_offset, times[:1], times[1:])[:, 0]
 
     def _touch(self, feet: Array) -> tuple[Array, Array]:
         """z of the ground under feet (4, 3), (4,), and from there to the contacts, (4, 3), m."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from rollgait.cli.view import need_view
-from rollgait.errors import UnknownNameError
+from rollgait.errors import MissingExtraError, UnknownNameError
 from rollgait.files import check_writable
 
 if TYPE_CHECKING:
@@ -40,3 +40,12 @@ def write_recording(clip: Clip, target: Path, ghost: Clip | None = None) -> Path
     from rollgait.view.video import record_gif, record_video
 
     return (record_gif if target.suffix == ".gif" else record_video)(clip, target, ghost)
+
+
+def need_view(feature: str, *more: str) -> None:
+    """Raises `MissingExtraError` where viser, or one of `more` modules of its extra, is not installed."""
+    try:
+        for module in ("viser", *more):
+            import_module(module)
+    except ImportError:
+        raise MissingExtraError(feature, "view") from None
