@@ -110,7 +110,7 @@ def _physics_parts(log: SimulationLog) -> list[Part]:
         Sentence(f"MuJoCo, {how}: {conditions(log.disturbances)}."),
         Table([("quantity", "value", "unit"), *summary_rows(report)], right=[1]),
         Table(list(_force_rows(report)), right=[1, 2]),
-        Table(list(_joint_rows(report)), right=[1, 2, 3]),
+        Folded("All joints", [Table(list(_joint_rows(report)), right=[1, 2, 3])]),
         _folded([Picture(physics_figure(log, name), caption) for name, caption in PHYSICS_CAPTIONS.items()]),
     ]
 

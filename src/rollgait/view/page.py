@@ -30,7 +30,8 @@ h2 { scroll-margin-top: 4rem }
 .wide { overflow-x: auto } summary { cursor: pointer }
 .figures { display: grid; gap: 0 1.5rem }
 .figures { grid-template-columns: repeat(auto-fit, minmax(min(26rem, 100%), 1fr)) }
-figure { margin: 1rem 0 } figcaption { color: #666 } img { max-width: 100%; height: auto }
+figure { margin: 1rem 0 } figure > svg { display: block; max-height: 34rem; max-width: 100% }
+figcaption { color: #666 } img { max-width: 100%; height: auto }
 .verdict { font-weight: 600 } .fail { color: #B00020; font-weight: 600 } .pass { color: #00794a }
 """
 
