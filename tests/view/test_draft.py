@@ -21,7 +21,13 @@ from rollgait.scenario import Scenario, find_scenario, scenario_names  # isort: 
 from rollgait.terrain.parts import PART_KINDS  # isort: skip
 from rollgait.view.clip import clip_of_plan  # isort: skip
 from rollgait.view.design.draft import STROKE, Draft  # isort: skip
-from rollgait.view.design.files import as_python, scenario_file, scenario_from_page  # isort: skip
+from rollgait.view.design.files import (  # isort: skip
+    MAPS_MAX,
+    as_python,
+    kept_map,
+    scenario_file,
+    scenario_from_page,
+)
 from rollgait.view.design.handles import Selection  # isort: skip
 from rollgait.view.design.parts import (  # isort: skip
     footprint,
@@ -199,6 +205,17 @@ def test_a_map_goes_with_its_scenario(tmp_path: Path, monkeypatch: pytest.Monkey
     assert third.ground.heights.digest == heights.digest
     monkeypatch.chdir(own)
     assert told_by(as_python(scenario, "hills")).ground.heights == scenario.ground.heights
+
+
+def test_maps_of_one_name_stay_apart_and_are_not_too_many(tmp_path: Path) -> None:
+    names = [kept_map(tmp_path, "../hills.NPY", bytes([number])) for number in range(MAPS_MAX)]
+    assert len(set(names)) == MAPS_MAX
+    assert all((tmp_path / name).read_bytes() == bytes([number]) for number, name in enumerate(names))
+    assert kept_map(tmp_path, "hills.npy", bytes([3])) == names[3]
+    with pytest.raises(InputError, match="too many"):
+        kept_map(tmp_path, "hills.npy", b"another")
+    with pytest.raises(InputError, match="too many"):
+        kept_map(tmp_path, "valley.npy", b"another")
 
 
 @pytest.mark.parametrize(

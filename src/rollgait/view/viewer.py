@@ -345,12 +345,17 @@ class Viewer:
             self._export = (client, format)  # as soon as the joints are found
             self._track()
             return
-        self._files.note(f"writing {format} …")
+        if not self._opening.acquire(blocking=False):
+            self._files.note("another file is being opened or written")
+            return
         try:
+            self._files.note(f"writing {format} …")
             name, content = exported(clip, format, file_name(clip.name))
         except RollgaitError as error:
             self._files.note(str(error))
             return
+        finally:
+            self._opening.release()
         client.send_file_download(name, content, save_immediately=True)
         self._files.note("")
 

@@ -12,12 +12,12 @@ import viser
 
 from rollgait.config import validate
 from rollgait.diagnosis.report import Suggestion
-from rollgait.errors import FileError, RollgaitError, UnknownNameError
+from rollgait.errors import RollgaitError, UnknownNameError
 from rollgait.scenario import find_scenario, scenario_names
 from rollgait.scenario.scenario import Scenario
 from rollgait.terrain.ground import Ground
 from rollgait.view.design.draft import Draft
-from rollgait.view.design.files import as_python, file_with_suffix
+from rollgait.view.design.files import as_python, kept_map
 from rollgait.view.design.handles import Handles, Selection
 from rollgait.view.panels.design.gait import DISCOVER
 from rollgait.view.panels.planning import Actions, PlanningPanel
@@ -128,13 +128,8 @@ class Designer(Actions):
     def take_map(self, file: Any, keys: dict[str, Any]) -> None:
         """Puts the draft on the map in a file that a page sent."""
         with self._lock:
-            name = file_with_suffix(file.name)
             try:
-                (self.maps / name).write_bytes(file.content)
-                ground = self._on_map(name, keys)
-            except OSError as error:
-                self.panel.say(str(FileError("map", name, f"cannot be kept: {error.strerror}")), good=False)
-                return
+                ground = self._on_map(kept_map(self.maps, file.name, file.content), keys)
             except RollgaitError as error:
                 self.panel.say(str(error), good=False)
                 return

@@ -30,6 +30,8 @@ WIDTH: Final = 96
 """Of lines of Python."""
 NAME: Final = "scenario"
 """Of files of a draft without one."""
+MAPS_MAX: Final = 16
+"""Maps that a page keeps: designs before this one may stand on them."""
 MAP_MAX: Final = 256 * 2**20
 """Of the map in a zip, bytes: the largest that is read from a folder."""
 
@@ -87,7 +89,7 @@ def scenario_from_page(content: bytes, name: str, maps: Path | None = None) -> S
     """
     if name.endswith(".zip"):
         return _unpacked(content, name, maps)
-    return _scenario(content, name, None)
+    return Scenario.from_dict(_data(content, name))
 
 
 def file_name(name: str) -> str:
@@ -106,7 +108,8 @@ def as_python(scenario: Scenario, name: str) -> str:
     return f"from pathlib import Path\n\n{text}" if folder else text
 
 
-def _scenario(content: bytes, name: str, folder: Path | None) -> Scenario:
+def _data(content: bytes, name: str) -> dict[str, Any]:
+    """What a scenario says; refused where it names a file of this machine as its robot."""
     try:
         text = content.decode("utf-8")
     except UnicodeDecodeError:
@@ -115,7 +118,7 @@ def _scenario(content: bytes, name: str, folder: Path | None) -> Scenario:
     robot = data.get("robot")
     if isinstance(robot, str) and Path(robot).suffix:
         raise InputError("robot", robot, "names a file; a scenario sent by a page names a robot or holds it")
-    return Scenario.from_dict(data, folder)
+    return data
 
 
 def _unpacked(content: bytes, name: str, maps: Path | None) -> Scenario:
@@ -126,17 +129,35 @@ def _unpacked(content: bytes, name: str, maps: Path | None) -> Scenario:
             texts = [each for each in entries if each.endswith((".yaml", ".yml"))]
             if len(texts) != 1 or len(entries) > 2 or any(Path(each).name != each for each in entries):
                 raise FileError("file", name, "must hold one scenario (.yaml) and at most its map")
-            text = archive.read(texts[0])
-            for each, entry in entries.items():
-                if each not in texts and maps is not None and entry.file_size <= MAP_MAX:
-                    (maps / file_with_suffix(each)).write_bytes(archive.read(entry))
+            text, others = archive.read(texts[0]), set(entries) - set(texts)
+            beside = {each: archive.read(each) for each in others if entries[each].file_size <= MAP_MAX}
     except RollgaitError:
         raise
     except Exception:  # damaged bytes lead anywhere
         raise FileError("file", name, "is not a zip that can be read") from None
-    return _scenario(text, name, maps)
+    data = _data(text, name)
+    ground = data.get("ground")
+    keys = ground.get("map") if isinstance(ground, dict) else None
+    if maps is not None and isinstance(keys, dict) and keys.get("file") in beside:
+        keys["file"] = kept_map(maps, keys["file"], beside[keys["file"]])
+    return Scenario.from_dict(data, maps)
 
 
-def file_with_suffix(name: str) -> str:
-    """The name of a file that a page sent, without folders."""
-    return f"{file_name(name)}{Path(name).suffix.lower()}"
+def kept_map(maps: Path, name: str, content: bytes) -> str:
+    """Keeps a map that a page sent; the name of its file, which no other map has.
+
+    Raises:
+        FileError: there are too many, or it cannot be written.
+    """
+    stem, suffix = file_name(name), Path(name).suffix.lower()
+    for number in range(1, MAPS_MAX + 1):
+        file = maps / (f"{stem}{suffix}" if number == 1 else f"{stem}-{number}{suffix}")
+        if file.exists() and file.read_bytes() == content:
+            return file.name
+        if not file.exists() and sum(1 for _ in maps.iterdir()) < MAPS_MAX:
+            try:
+                file.write_bytes(content)
+            except OSError as error:
+                raise FileError("map", name, f"cannot be kept: {error.strerror}") from None
+            return file.name
+    raise FileError("map", name, f"is one too many: a page keeps {MAPS_MAX}; begin anew")
