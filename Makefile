@@ -8,7 +8,7 @@ DEMO := kerb-discover
 WORKERS ?= 2
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test lint docs bench gallery clean
+.PHONY: help demo test lint docs blocks links tables bench gallery clean
 
 help: ## Say what there is.
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 16
@@ -39,9 +39,21 @@ lint: $(READY) ## Check style, types (those of README, docs and examples, too) a
 	@$(BIN)/mypy
 	@$(BIN)/python tools/check_types.py
 	@$(BIN)/python tools/field_tables.py --check
+	@$(BIN)/python tools/package_page.py --check
 
-docs: $(READY) ## Write the tables in docs/ anew from the code.
+docs: $(READY) ## Build the documentation into build/docs and check its links; open build/docs/index.html.
+	@$(BIN)/python -m sphinx -W --keep-going -q -j auto -d build/docs-cache docs build/docs
+	@$(BIN)/python tools/site_links.py build/docs
+
+blocks: $(READY) ## Run every command and code block of README.md and docs/, page by page.
+	@$(BIN)/python tools/page_blocks.py README.md docs
+
+links: $(READY) ## Ask the network whether the addresses in docs/ still answer. Not run by .ci/run.
+	@$(BIN)/python -m sphinx -q -b linkcheck -d build/docs-cache docs build/links
+
+tables: $(READY) ## Write the tables in docs/ anew from the code, and PACKAGE.md from README.md.
 	@$(BIN)/python tools/field_tables.py
+	@$(BIN)/python tools/package_page.py
 
 bench: $(READY) ## Run the benchmarks.
 	@for file in benchmarks/*.py; do echo "$$file"; $(BIN)/python $$file || exit 1; done

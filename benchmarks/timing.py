@@ -73,6 +73,11 @@ def yes(it: bool) -> str:
     return "yes" if it else "**no**"
 
 
+def aim(most: float, met: bool, unit: str = "") -> str:
+    """What was aimed at, in words, and whether it was missed."""
+    return f" (aim: at most {most:g}{unit}{'' if met else ', **missed**'})"
+
+
 def costs(runs: int, plain: bool, names: list[str]) -> str:
     """The table of costs with given and with free times."""
     rows = []
@@ -87,12 +92,12 @@ def costs(runs: int, plain: bool, names: list[str]) -> str:
             (
                 name,
                 f"{given.statistics.cost:.2f}",
-                f"{cost:.2f}" + (f" (≤ {TARGETS[name]:g}: {yes(cost <= TARGETS[name])})" if plain else ""),
+                f"{cost:.2f}" + (aim(TARGETS[name], cost <= TARGETS[name]) if plain else ""),
                 f"{given.statistics.iterations} / {given_time:.2f}",
                 f"{found.statistics.iterations} / {found_time:.2f}",
-                f"{ratio:.1f} (≤ {SLOWER:g}: {yes(ratio <= SLOWER)})",
-                f"{fine.statistics.cost:.2f}, {100.0 * difference:+.1f} % (≤ {100.0 * FINER:g} %: "
-                f"{yes(difference <= FINER)})",
+                f"{ratio:.1f}{aim(SLOWER, ratio <= SLOWER)}",
+                f"{fine.statistics.cost:.2f}, {100.0 * difference:+.1f} %"
+                f"{aim(100.0 * FINER, difference <= FINER, ' %')}",
                 yes(found.certificate().passed and fine.certificate().passed),
             )
         )
@@ -116,7 +121,7 @@ def shortest(plain: bool, names: list[str]) -> str:
         scenario = asked(name, plain)
         priced = free(scenario, plain, horizon={"max": 20.0, "price": PRICE})
         plan = rg.plan(priced)
-        within = f" (≤ {SHORTEST[name]:g}: {yes(plan.horizon <= SHORTEST[name])})" if plain else ""
+        within = aim(SHORTEST[name], plan.horizon <= SHORTEST[name], " s") if plain else ""
         rows.append((name, f"{plan.horizon:.2f} s{within}", yes(plan.certificate().passed)))
         print(rows[-1], file=sys.stderr, flush=True)
     return table(("motion", "T", "certified"), rows)

@@ -28,7 +28,11 @@ def main(folder: Path) -> None:
         )
     }
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            dashboard_address=None,  # pyright: ignore[reportArgumentType]  (None is what Dask documents)
+        ) as cluster,
         Client(cluster),
         joblib.parallel_config(backend="dask"),
     ):

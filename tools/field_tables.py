@@ -104,7 +104,7 @@ def main(check: bool) -> int:
             if not check:
                 page.write_text(new, encoding="utf-8")
     if check and stale:
-        print(f"error: the tables in {', '.join(stale)} are stale; run: make docs", file=sys.stderr)
+        print(f"error: the tables in {', '.join(stale)} are stale; run: make tables", file=sys.stderr)
         return 1
     return 0
 

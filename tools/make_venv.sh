@@ -19,4 +19,4 @@ version=$("$python" -c 'import platform; print(platform.python_version())' 2>/de
 echo "setting up $venv (once; a minute or two)"
 # An interrupted attempt may have left a folder without pip.
 "$venv/bin/python" -m pip --version >/dev/null 2>&1 || "$python" -m venv --clear "$venv"
-"$venv/bin/python" -m pip install -qq --disable-pip-version-check -e '.[all,dev]'
+"$venv/bin/python" -m pip install -qq --disable-pip-version-check -e '.[all,dev,docs]'

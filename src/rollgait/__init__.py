@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 from rollgait.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from rollgait.dataset.dataset import Dataset
+    from rollgait.dataset.running import plan_dataset
     from rollgait.diagnosis.entry import diagnose
     from rollgait.diagnosis.report import Diagnosis, Reason, Suggestion
     from rollgait.errors import InputError, NotSolvedError, RollgaitError
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
     from rollgait.planner import Planner, plan
     from rollgait.plant.control import Control
     from rollgait.plant.disturbances import Payload, Push
+    from rollgait.plant.moving import MotionState
     from rollgait.plant.state import RobotState
     from rollgait.robot.importing import import_robot
     from rollgait.robot.library import find_robot, robot_names
@@ -33,7 +36,8 @@ if TYPE_CHECKING:
     from rollgait.robot.robot import Robot
     from rollgait.scenario.gait import Crawl, Drive, Pace, Schedule, Trot, Walk
     from rollgait.scenario.library import find_scenario, scenario_names
-    from rollgait.scenario.scenario import Goal, LaterGoal, Scenario, Start
+    from rollgait.scenario.scenario import Goal, LaterGoal, Scenario
+    from rollgait.scenario.start import Start
     from rollgait.scenario.weights import Bounds, Weights
     from rollgait.searching import search_steps
     from rollgait.simulation import Disturbances, SimulationLog, simulate
@@ -53,6 +57,7 @@ __all__ = [
     "Control",
     "Cost",
     "Crawl",
+    "Dataset",
     "Diagnosis",
     "Disturbances",
     "Drive",
@@ -66,6 +71,7 @@ __all__ = [
     "LaterGoal",
     "Load",
     "Loads",
+    "MotionState",
     "Mpc",
     "NotSolvedError",
     "Outcome",
@@ -98,6 +104,7 @@ __all__ = [
     "import_robot",
     "make_loop",
     "plan",
+    "plan_dataset",
     "plan_many",
     "record",
     "robot_names",
@@ -120,6 +127,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "Control": "plant.control",
             "Cost": "ocp.term",
             "Crawl": "scenario.gait",
+            "Dataset": "dataset.dataset",
             "Diagnosis": "diagnosis.report",
             "Disturbances": "simulation",
             "Drive": "scenario.gait",
@@ -133,6 +141,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "LaterGoal": "scenario.scenario",
             "Load": "robot.loads",
             "Loads": "robot.loads",
+            "MotionState": "plant.moving",
             "Mpc": "mpc.mpc",
             "NotSolvedError": "errors",
             "Outcome": "many",
@@ -151,7 +160,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "Scenario": "scenario.scenario",
             "Schedule": "scenario.gait",
             "SimulationLog": "simulation",
-            "Start": "scenario.scenario",
+            "Start": "scenario.start",
             "Suggestion": "diagnosis.report",
             "Terrain": "terrain.terrain",
             "Trot": "scenario.gait",
@@ -165,6 +174,7 @@ if not TYPE_CHECKING:  # a type checker would take every misspelt name for one o
             "import_robot": "robot.importing",
             "make_loop": "mpc.setup",
             "plan": "planner",
+            "plan_dataset": "dataset.running",
             "plan_many": "many",
             "record": "view.record",
             "robot_names": "robot.library",

@@ -5,25 +5,20 @@ from __future__ import annotations
 import hashlib
 import inspect
 import json
-import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+from rollgait.counted import counted
 from rollgait.errors import FileError, InputError, RollgaitError, UnknownNameError
+from rollgait.parallel import one_thread, results
 from rollgait.plan.plan import Plan
 from rollgait.presented import Shown
 from rollgait.scenario.library import find_scenario
 from rollgait.scenario.scenario import Scenario
-
-THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""Environment variables by which the linear algebra below the solvers learns how many threads it may use."""
-IN_FLIGHT = 2
-"""Scenarios per worker that are handed out at once, so that none waits for the next."""
 
 Asked = str | Path | Scenario
 
@@ -86,8 +81,8 @@ def plan_many(
     outcomes = {job.name: found for job in jobs if (found := job.outcome) is not None}
     waiting = [job for job in jobs if job.name not in outcomes]
     targets = {job.name: job.target for job in waiting}
-    with _progress_bar(len(jobs), len(outcomes), quiet) as advance:
-        for outcome in _outcomes(waiting, shared, workers):
+    with counted(len(jobs), len(outcomes), quiet) as advance:
+        for outcome in results(partial(_outcome, options=shared), waiting, workers, _died):
             outcomes[outcome.name] = _saved(outcome, targets[outcome.name])
             advance()
     return [outcomes[job.name] for job in jobs]
@@ -179,76 +174,24 @@ def _key(scenario: Scenario, shared: Mapping[str, Any]) -> str:
 # -- the work ----------------------------------------------------------------------------------------------
 
 
-def _outcomes(jobs: Sequence[_Job], shared: Mapping[str, Any], workers: int) -> Iterator[Outcome]:
-    """Outcomes as they come. If a worker dies, those that may have killed it are tried one by one."""
-    waiting = list(jobs)
-    while waiting:
-        done: set[str] = set()
-        try:
-            for outcome in _in_parallel(waiting, shared, workers):
-                done.add(outcome.name)
-                yield outcome
-            return
-        except BrokenProcessPool:
-            waiting = [job for job in waiting if job.name not in done]
-        suspects = waiting[: IN_FLIGHT * _count(workers)]
-        waiting = waiting[len(suspects) :]
-        for job in suspects:
-            try:
-                yield from _in_parallel([job], shared, max(2, _count(workers)))  # one would be this process
-            except BrokenProcessPool:
-                yield Outcome(job.name, error=RollgaitError("the process that planned it died"))
-
-
-def _in_parallel(jobs: Sequence[_Job], shared: Mapping[str, Any], workers: int) -> Iterator[Outcome]:
-    from joblib import Parallel, delayed
-
-    calls = [delayed(_outcome)(job.name, job.scenario, dict(shared)) for job in jobs]
-    settings: dict[str, Any] = {"n_jobs": workers, "batch_size": 1, "pre_dispatch": f"{IN_FLIGHT} * n_jobs"}
-    try:
-        parallel = Parallel(return_as="generator_unordered", **settings)
-    except ValueError:  # a backend that only returns all at once (Ray's): in portions
-        size = IN_FLIGHT * _count(workers)
-        for begin in range(0, len(calls), size):
-            yield from Parallel(**settings)(calls[begin : begin + size])
-        return
-    yield from parallel(calls)
-
-
-def _count(workers: int) -> int:
-    from joblib import effective_n_jobs
-
-    return int(effective_n_jobs(workers))
-
-
-def _outcome(name: str, scenario: Scenario, options: dict[str, Any]) -> Outcome:
+def _outcome(job: _Job, options: dict[str, Any]) -> Outcome:
     """Plans one scenario, in a worker; whatever goes wrong becomes its outcome."""
+    assert job.scenario is not None  # others are outcomes already
     try:
-        with _one_thread():
+        with one_thread():
             from rollgait.planner import plan
 
-            found = plan(scenario, **options)
+            found = plan(job.scenario, **options)
             found.certificate()
-        return Outcome(name, found)
+        return Outcome(job.name, found)
     except RollgaitError as error:
-        return Outcome(name, error=error)
+        return Outcome(job.name, error=error)
     except Exception as error:
-        return Outcome(name, error=RollgaitError(f"unexpected {type(error).__name__}: {error}"))
+        return Outcome(job.name, error=RollgaitError(f"unexpected {type(error).__name__}: {error}"))
 
 
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Solvers that are loaded in here use one thread each: the cores are taken by the other workers."""
-    before = {name: os.environ.get(name) for name in THREAD_VARIABLES}
-    os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+def _died(job: _Job) -> Outcome:
+    return Outcome(job.name, error=RollgaitError("the process that planned it died"))
 
 
 # -- after -------------------------------------------------------------------------------------------------
@@ -258,16 +201,3 @@ def _saved(outcome: Outcome, target: Path | None) -> Outcome:
     if outcome.plan is None or target is None:
         return outcome
     return replace(outcome, file=outcome.plan.save(target))
-
-
-@contextmanager
-def _progress_bar(total: int, done: int, quiet: bool) -> Iterator[Any]:
-    """A bar on stderr, if that is a terminal; yields the function that moves it on by one."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeElapsedColumn, TimeRemainingColumn
-
-    console = Console(stderr=True)
-    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, disable=quiet or not console.is_terminal) as bar:
-        task = bar.add_task("planning", total=total, completed=done)
-        yield lambda: bar.advance(task)

@@ -20,7 +20,10 @@ from rollgait.mending import finer
 from rollgait.ocp.problem import Problem, make_problem
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
 from rollgait.plan.plan import Plan, Statistics
+from rollgait.plan.rest import Rest
+from rollgait.plant.state import RobotState
 from rollgait.scenario.library import find_scenario
+from rollgait.scenario.moving import begun_at
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
 from rollgait.solvers import Progress, Solution
@@ -78,8 +81,9 @@ class Planner:
 
     def plan(
         self,
-        scenario: str | Path | Scenario,
+        scenario: str | Path | Scenario | Rest,
         *,
+        start: RobotState | None = None,
         profile: str | None = None,
         warm_start: Plan | str | Path | None = None,
         multistart: int = 1,
@@ -91,7 +95,11 @@ class Planner:
         """Plans a motion.
 
         Args:
-            scenario: a scenario, the name of one in the library, or the path of a YAML file.
+            scenario: a scenario, the name of one in the library, the path of a YAML file, or what is left of
+                a plan (`plan.rest(time)`), which is then solved from that plan.
+            start: where the robot is at t = 0, in any motion (`plan.state_at(time)`, `MotionState.of(…)`), in
+                place of the scenario's own start. What of it cannot be is changed a little, and
+                `statistics.start_changes` says so.
             profile: `paper` or `executable`, in place of the scenario's own.
             warm_start: a plan to start from (or its file), also for another goal or horizon.
             multistart: how many initial guesses are solved to take the cheapest result. With 1, further ones
@@ -117,10 +125,21 @@ class Planner:
             raise InputError("seed", seed, "must be at least 0")
         budget = Budget(diagnose_seconds, field="diagnose_seconds")
         with watch("load"):
-            asked = _asked(scenario)
+            earlier: Plan | Rest | None
+            earlier = Plan.load(warm_start) if isinstance(warm_start, str | Path) else warm_start
+            changes: tuple[str, ...] = ()
+            if isinstance(scenario, Rest):
+                rest = scenario if start is None else scenario.started(start)
+                asked, changes, earlier = rest.scenario, rest.changes, earlier or rest
+            else:
+                asked = _asked(scenario)
+                if start is not None:
+                    asked, changes = begun_at(asked, start)
             if profile is not None:
                 asked = asked.with_values({"profile": profile})
-            earlier = Plan.load(warm_start) if isinstance(warm_start, str | Path) else warm_start
+            if asked.start.motion is not None and self._method.transcription != "condensed":
+                rule = "cannot begin in motion; condensed can"
+                raise InputError("transcription", self._method.transcription, rule)
         timing, found = asked.gait.timing, None
         is_timed = timing is not None and timing.optimize
         planned = partial(self._planned, multistart=multistart, seed=seed, watch=watch)
@@ -137,6 +156,8 @@ class Planner:
         plan = planned(
             asked, earlier=earlier, progress=progress, effort=USUAL, budget=budget if diagnose else None
         )
+        if changes:
+            plan = plan.with_statistics(replace(plan.statistics, start_changes=changes))
         return plan if found is None else found.told_by(plan)
 
     def plan_within(self, scenario: Scenario, effort: Effort, earlier: Plan | None = None) -> Plan:
@@ -193,7 +214,7 @@ class Planner:
         self,
         asked: Scenario,
         *,
-        earlier: Plan | None,
+        earlier: Plan | Rest | None,
         multistart: int,
         seed: int,
         watch: Stopwatch,
@@ -204,7 +225,10 @@ class Planner:
         """The plan of a scenario whose gait is given; with a budget the reason is sought if it has none."""
         method = self._method
         with watch("build"):
-            problem = make_problem(asked, self._terms)  # where it knows of no way, it says why itself
+            motion = earlier.motion if isinstance(earlier, Rest) else None
+            problem = make_problem(
+                asked, self._terms, motion=motion
+            )  # where it knows of no way, it says why itself
         try:
             with watch("build"):
                 ready = Ready(method, problem)
@@ -328,8 +352,9 @@ def _differ(problem: Problem, around: Problem, motion: MotionGuess) -> bool:
 
 
 def plan(
-    scenario: str | Path | Scenario,
+    scenario: str | Path | Scenario | Rest,
     *,
+    start: RobotState | None = None,
     profile: str | None = None,
     transcription: str | None = None,
     solver: str | None = None,
@@ -346,6 +371,7 @@ def plan(
     planner = Planner(transcription=transcription, solver=solver, terms=terms, kernels=kernels)
     return planner.plan(
         scenario,
+        start=start,
         profile=profile,
         warm_start=warm_start,
         multistart=multistart,

@@ -49,6 +49,29 @@ def test_a_robot_of_which_there_are_no_meshes_is_filmed() -> None:
         assert Path(f"{file}.gif").stat().st_size > 10_000
 
 
+def proposed(said: str) -> list[str]:
+    """The command for the controller that an import proposes."""
+    (line,) = [line for line in said.splitlines() if line.startswith("or:")]
+    words = line.split()[1:]
+    assert words[:2] == ["rollgait", "mpc"]
+    return words[1:]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["fixed-planar", "point-small", "steerable-plain"])
+def test_the_controller_follows_the_command_that_an_import_proposes(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("mujoco", reason="needs the extra whole-body")
+    assert run(["robot", "import", bare(name)]) == 0
+    command = proposed(capsys.readouterr().out)
+    assert ("turn_rate" in command[-1]) == (name != "fixed-planar")
+    assert run([*command, "--duration", "3", "--set", "deadline=10"]) == 0
+    said = capsys.readouterr().out
+    assert "is cut to" not in said
+    assert ("cannot go sideways or turn" in said) == (name == "fixed-planar")
+
+
 @pytest.mark.slow
 def test_the_controller_leads_a_small_robot() -> None:
     """4.5 kg: forces that press a foot of a large robot would lift it."""

@@ -10,6 +10,7 @@ import pytest
 
 from rollgait.errors import FileError, InputError, UnknownNameError
 from rollgait.export import FORMATS, write
+from rollgait.export.csv import columns
 from rollgait.plan.plan import Plan
 from rollgait.scenario import find_scenario
 from tests.view.builders import motion_plan
@@ -22,6 +23,7 @@ LEGS = ("FL", "FR", "HL", "HR")
 COLUMNS = HEAD + [f"{leg}_{name}" for leg in LEGS for name in LEG]
 ACROSS = [f"{leg}_{name}" for leg in LEGS for name in ("vx", "vy")]
 TOUCH = [f"{leg}_{name}" for leg in LEGS for name in ("cx", "cy", "cz", "nx", "ny", "nz")]
+RATES = ["com_ax", "com_ay", "com_az", "yaw_acceleration", "pitch_acceleration", "roll_acceleration"]
 
 
 def plan_with(feet: str) -> Plan:
@@ -38,9 +40,9 @@ def read(path: Path) -> tuple[list[str], list[list[str]]]:
 @pytest.mark.parametrize(
     ("feet", "names"),
     [
-        ("steerable", COLUMNS + TOUCH),
-        ("fixed", COLUMNS + ACROSS + TOUCH),
-        ("point", COLUMNS + ACROSS + TOUCH),
+        ("steerable", COLUMNS + TOUCH + RATES),
+        ("fixed", COLUMNS + ACROSS + TOUCH + RATES),
+        ("point", COLUMNS + ACROSS + TOUCH + RATES),
     ],
 )
 def test_columns_and_rows(feet: str, names: list[str], tmp_path: Path) -> None:
@@ -79,7 +81,7 @@ def test_every_number_comes_back_to_the_last_digit(feet: str, tmp_path: Path) ->
         expected[f"{leg}_contact"] = s.contact[:, i].astype(float)
         if feet != "steerable":
             expected[f"{leg}_vx"], expected[f"{leg}_vy"] = s.foot_velocity[:, i, :2].T
-    assert set(table) == set(expected)
+    assert set(table) - set(expected) == set(RATES)
     for name, values in expected.items():
         np.testing.assert_array_equal(table[name], values, name)
 
@@ -108,3 +110,18 @@ def test_wrong_input(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="cannot be written"):
         write(plan, tmp_path / "file" / "plan.csv")
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize("of", ["com", "turn"])
+def test_accelerations_are_those_of_the_places(of: str) -> None:
+    """By second differences of places and angles, which the columns are not made of."""
+    rate = 200.0
+    plan = motion_plan(find_scenario("wheeled"))
+    table = columns(plan.sample_every(rate), plan.robot)
+    angles = ("yaw", "pitch", "roll")
+    places = [f"com_{axis}" for axis in "xyz"] if of == "com" else list(angles)
+    found = [f"com_a{axis}" for axis in "xyz"] if of == "com" else [f"{a}_acceleration" for a in angles]
+    for place, name in zip(places, found, strict=True):
+        second = np.diff(table[place], 2) * rate**2
+        np.testing.assert_allclose(table[name][1:-1], second, atol=2e-3)
+    assert max(np.abs(table[name]).max() for name in found) > 0.02

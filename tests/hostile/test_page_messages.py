@@ -372,9 +372,9 @@ def test_pushes_faster_than_they_pass_do_not_add_up() -> None:
     assert session.snapshot().pushed[0] <= 500.0
 
 
-@given(st.tuples(*[st.floats()] * 3), st.tuples(*[st.floats()] * 3))
-def test_a_pull_is_a_force_wherever_the_mouse_was(begin: Any, end: Any) -> None:
-    assert math.hypot(*pull_of(begin, end)) <= PULL_MAX * (1.0 + 1e-9)
+@given(st.tuples(*[st.floats()] * 3), st.tuples(*[st.floats()] * 3), st.floats(1.0, 200.0))
+def test_a_pull_is_a_force_wherever_the_mouse_was(begin: Any, end: Any, push: float) -> None:
+    assert math.hypot(*pull_of(begin, end, push)) <= PULL_MAX * push * (1.0 + 1e-9)
 
 
 def test_the_panel_asks_for_a_possible_command_whatever_its_controls_say(driven: DrivePage) -> None:

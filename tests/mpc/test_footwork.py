@@ -8,13 +8,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rollgait as rg
-from rollgait.mpc.footwork import FELT, Footwork, stride_share
+from rollgait.mpc.footwork import ANYWHERE, FELT, Footwork, stride_share
 from rollgait.mpc.gaits import GAITS
 
 ROVER, STRIDER, CENTAURO = (rg.find_robot(name) for name in ("rover", "strider", "centauro"))
 ROBOTS = {"rover": ROVER, "strider": STRIDER, "locked": CENTAURO.with_feet("point")}
 twists = st.tuples(*[st.floats(-1.0, 1.0)] * 3)
 gaits = st.sampled_from(sorted(GAITS))
+
+
+def with_box(robot: rg.Robot, aside: float, up: float = 0.1) -> rg.Robot:
+    """The same robot whose legs reach so far to either side, and up and down, m."""
+    legs = {
+        name: leg | {"box": [[-0.1, 0.1], [-aside, aside], [-up, up]]}
+        for name, leg in robot.model_dump(mode="json")["legs"].items()
+    }
+    return rg.Robot.model_validate(robot.model_dump(mode="json") | {"legs": legs})
+
+
+PLANAR = with_box(ROVER, 0.002)
+"""Legs that only move ahead and back, over wheels that do not steer."""
 MIRROR = np.array([1.0, -1.0, -1.0])
 """Of forward, lateral velocity and yaw rate."""
 
@@ -87,3 +100,35 @@ def test_who_cannot_roll_there_begins_with_steps_and_is_told() -> None:
         GAITS["drive"], turning
     )
     assert "point feet do not roll" in Footwork(STRIDER).note(GAITS["drive"], ahead)
+
+
+@given(gaits)
+def test_legs_that_reach_nothing_aside_keep_all_feet_down(gait: str) -> None:
+    instead = Footwork(PLANAR).carried(GAITS[gait])
+    assert instead.swing == 0.0
+    assert instead.wheels == "rolling" or instead.brakes
+    for robot in (ROVER, STRIDER, CENTAURO):
+        assert Footwork(robot).carried(GAITS[gait]) == GAITS[gait]
+
+
+def test_who_gets_no_farther_by_steps_begins_without_and_is_told() -> None:
+    feet = Footwork(PLANAR)
+    assert feet.fitting(ANYWHERE) == "drive"
+    assert feet.able(GAITS["drive"]) == (True, False, False)
+    assert feet.unfit().startswith(
+        "the robot cannot go sideways or turn in any gait: wheels that do not steer"
+    )
+    assert "2 mm aside" in feet.unfit()
+    for robot, gait in ((ROVER, "trot"), (STRIDER, "trot"), (CENTAURO, "drive")):
+        assert Footwork(robot).fitting(ANYWHERE) == gait
+        assert Footwork(robot).able(GAITS[gait]) == (True, True, True)
+        assert not Footwork(robot).unfit()
+
+
+@given(st.floats(0.005, 0.2), st.floats(-0.3, 0.3))
+def test_the_body_rises_and_sinks_as_far_as_legs_reach(up: float, change: float) -> None:
+    feet = Footwork(with_box(ROVER, 0.1, up))
+    cut = feet.within_height(change)
+    assert abs(cut) <= up + 1e-12
+    assert cut == pytest.approx(change) or abs(cut) == pytest.approx(up)
+    assert feet.within_height(-change) == pytest.approx(-cut)

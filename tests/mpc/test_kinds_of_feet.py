@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -10,10 +11,13 @@ from numpy.typing import NDArray
 
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.loop import ClosedLoop
+from rollgait.mpc.plants.rigid import RigidPlant
 from rollgait.mpc.settings import MpcSettings
 from rollgait.mpc.setup import make_loop
+from rollgait.mpc.support import support_margin
 from rollgait.plant.state import RobotState
 from rollgait.robot.library import find_robot
+from tests.mpc.test_footwork import with_box
 
 Array = NDArray[np.float64]
 PATIENT = MpcSettings(deadline=10.0)
@@ -93,3 +97,43 @@ def test_point_feet_do_not_roll_and_say_so() -> None:
     state, fastest = run("point", 1.0, "drive", told="point feet do not roll", forward=0.2)
     np.testing.assert_allclose(state.com_position[:2], 0.0, atol=0.01)
     np.testing.assert_allclose(fastest, 0.0, atol=1e-9)
+
+
+def test_legs_that_cannot_sway_do_not_step_and_say_so() -> None:
+    """It would fall: the body leans over the feet that stand, or a foot farther out catches it."""
+    loop = make_loop(with_box(find_robot("rover"), 0.002), "rigid", PATIENT, gait="trot")
+    for _ in range(200):
+        control, _ = loop.step(VelocityCommand(forward=0.2, turn_rate=0.2, gait="crawl"))
+        assert control.contact.all()
+    assert loop.plant.state.com_velocity[0] == pytest.approx(0.2, abs=0.02)
+    told = [event.text for event in loop.mpc.events]
+    assert "cannot go sideways or turn" in told[0]
+    assert [text for text in told if "the gait 'trot' is 'drive' here" in text]
+    assert len(told) == len(set(told))
+
+
+def least_margin(loop: ClosedLoop, seconds: float) -> float:
+    """How far inside the three feet that stand the CoM is at least in the middle of swings, m."""
+    margins = []
+    for _ in range(round(seconds / PATIENT.period)):
+        loop.step(VelocityCommand(turn_rate=0.05))
+        state, clock = loop.plant.state, loop.mpc.clock
+        swings = clock.swings(state.time, state.time + PATIENT.period)
+        if any(
+            abs(state.time - 0.5 * (swing.lift_off + swing.touch_down)) < PATIENT.period for swing in swings
+        ):
+            resting = replace(state, com_velocity=np.zeros(3), speed=np.zeros(4))
+            margins.append(support_margin(resting, clock.contact(state.time)))
+    assert len(margins) >= 3
+    return min(margins)
+
+
+def test_the_com_stays_over_the_feet_that_stand_while_one_swings() -> None:
+    """A small robot needs as much room there as a large one: it tipped over the edge of its support."""
+    margin = PATIENT.bounds.com_margin
+    loop = make_loop("strider", "rigid", PATIENT, gait="walk")
+    assert least_margin(loop, 4.0) > 0.7 * margin
+    other = ClosedLoop(loop.mpc, RigidPlant(loop.mpc.robot))
+    loop.mpc.set_weights(support=0.0)
+    loop.mpc.reset("walk")
+    assert least_margin(other, 4.0) < 0.7 * margin

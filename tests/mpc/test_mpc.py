@@ -107,6 +107,14 @@ def test_the_prediction_begins_with_the_state_and_the_control_leads_on(mpc: Mpc)
         np.testing.assert_allclose(plant.state.euler, control.end.euler, atol=1e-5)
 
 
+def test_feet_cannot_press_more_than_the_robot_weighs(mpc: Mpc) -> None:
+    fair = mpc.robot.weight / 4.0
+    with pytest.raises(InputError, match="what each foot carries"):
+        mpc.set_bounds(force_min=1.001 * fair)
+    _, controls = run(mpc, STANDING, 0.1)
+    assert controls[-1].force[:, 2].min() < fair  # nothing has changed
+
+
 def test_memory_stays_flat(mpc: Mpc) -> None:
     loop, command = ClosedLoop(mpc, RigidPlant(mpc.robot)), VelocityCommand(forward=0.2, gait="trot")
     count = 300

@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 import tests.plan.builders as b
 from rollgait.errors import UnknownNameError
 from rollgait.plan import Plan
 from rollgait.plan.certificate import Certificate, certify
+from rollgait.plan.certificate.rows import nearness
 
 LOADS = {"payload": {"mass": 20.0, "at": [0.1, 0.15, 0.3], "size": [0.3, 0.2, 0.1]}}
 
@@ -364,3 +367,12 @@ def test_it_believes_the_path_and_not_the_solver() -> None:
     plan = b.driving()
     unsolved = replace(plan, statistics=replace(plan.statistics, solved=False, violation=1.0))
     assert unsolved.certificate() == plan.certificate()
+
+
+@given(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3), st.booleans())
+def test_what_is_nearer_than_its_limit_passes_and_nothing_else(
+    worst: float, limit: float, at_least: bool
+) -> None:
+    assume(abs(worst - limit) > 1e-9 * max(abs(worst), abs(limit), 1e-300))  # not by rounding
+    passes = worst >= limit if at_least else worst <= limit
+    assert (nearness(worst, limit, at_least) <= 1.0) == passes

@@ -176,7 +176,7 @@ def test_what_does_not_fit_the_mesh(
     ("data", "rule"),
     [
         ({"FL": [[2.0, 1.0]]}, "before it touches down"),
-        ({"FL": [[-1.0, 1.0]]}, "time ≥ 0"),
+        ({"FL": [[-2.0, -1.0]]}, "touch down after t = 0"),
         ({"FL": [[1.0, 2.0], [1.5, 3.0]]}, "in order and apart"),
         ({"FL": [[1.0, "two"]]}, "must be a number"),
         ({"LF": [[1.0, 2.0]]}, "LF"),

@@ -146,6 +146,22 @@ def test_legs_are_no_arms() -> None:
         ROBOT.with_posture({"j_arm1_2": 9.0})
 
 
+def test_a_scenario_says_how_the_arms_are() -> None:
+    loads = {"posture": ARMS, "payload": {"mass": 5.0, "at": AT}}
+    scenario = rg.Scenario.from_dict(
+        {"robot": "centauro", "goal": {"x": 0.1}, "horizon": 1.0, "loads": loads, "profile": "paper"}
+    )
+    assert scenario.body == ROBOT.with_posture(ARMS).with_payload(5.0, AT)
+    assert rg.Scenario.from_dict(scenario.to_dict()).body == scenario.body
+    plan = rg.plan(scenario)
+    certificate = plan.certificate()
+    of_loads = {"load_mass", "load_place", "load_inertia"}
+    assert of_loads <= {row.name for row in certificate.rows}
+    assert not of_loads & {row.name for row in certificate.failures}
+    without = replace(plan, scenario=scenario.with_values({"loads.posture": {}})).certificate()
+    assert {row.name for row in without.failures} & of_loads == {"load_place", "load_inertia"}
+
+
 # -- the whole way: 20 kg off the centre and a pull of 100 N ---------------------------------------------
 
 LOADS = {

@@ -12,13 +12,14 @@ def test_pages_are_fresh() -> None:
         "robot.md",
         "terrain.md",
         "whole-body.md",
+        "dataset.md",
         "discover.md",
         "loads.md",
         "timing.md",
     }
     for page in pages:
         text = page.read_text(encoding="utf-8")
-        assert filled(text) == text, "run: make docs"
+        assert filled(text) == text, "run: make tables"
 
 
 def test_a_table_names_every_key_once() -> None:

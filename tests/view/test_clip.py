@@ -11,11 +11,11 @@ import pytest
 import rollgait
 from rollgait.cli.app import run
 from rollgait.errors import FileError, InputError
+from rollgait.robot.link_poses import link_poses
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.scenario import find_scenario
 from rollgait.view.clip import clip_of_joints, clip_of_log, clip_of_plan, frame_times
 from rollgait.view.design.files import scenario_from_page
-from rollgait.view.kinematics import link_poses
 from rollgait.view.margins import friction_use, support_margin
 from rollgait.view.marks import MOST
 from rollgait.view.meshes import simplified

@@ -13,6 +13,7 @@ import rollgait
 from rollgait.cli import (
     cache,
     check,
+    dataset,
     drive,
     execute,
     export,
@@ -60,6 +61,7 @@ app.command("cache")(cache.cache)
 robot.app.command("show")(robot_show.show)
 app.add_typer(robot.app, name="robot")
 app.add_typer(ground.app, name="ground")
+app.add_typer(dataset.app, name="dataset")
 
 
 def _version(asked: bool) -> None:

@@ -24,7 +24,13 @@ def drive(
             metavar="NAME", help="What is driven: mujoco, the whole robot, or rigid, the planner's."
         ),
     ] = "mujoco",
-    gait: Annotated[str, typer.Option(metavar="NAME", help="Gait with which it begins.")] = "drive",
+    gait: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="Gait with which it begins. Default: drive, or trot where only steps turn it.",
+        ),
+    ] = None,
     ground: GroundName = None,
     port: Port = DEFAULT_PORT,
     browser: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in the browser.")] = False,
@@ -38,12 +44,12 @@ def drive(
     e turn, space stops. Runs until Ctrl-C.
     """
     number = port_from(port)
-    _check(robot, plant, gait)
+    begins_with = _check(robot, plant, gait)
     terrain = None if ground is None else terrain_of(ground_from(ground)[0])
     from rollgait.view.driving.page import DrivePage
     from rollgait.view.driving.process import Setup
 
-    page = DrivePage(Setup(robot, plant, gait, terrain), port=number)
+    page = DrivePage(Setup(robot, plant, begins_with, terrain), port=number)
     try:
         print(f"open {page.url} in a browser; Ctrl-C ends", flush=True)
         if browser:
@@ -57,14 +63,16 @@ def drive(
         page.close()
 
 
-def _check(robot: str, plant: str, gait: str) -> None:
-    """Raises what is wrong before anything is built."""
+def _check(robot: str, plant: str, gait: str | None) -> str:
+    """The gait with which it begins. Raises what is wrong before anything is built."""
+    from rollgait.mpc.footwork import ANYWHERE, Footwork
     from rollgait.mpc.gaits import find_gait
     from rollgait.mpc.setup import PLANTS
     from rollgait.robot.library import find_robot
 
-    find_robot(robot)
-    find_gait(gait)
+    feet = Footwork(find_robot(robot))
+    chosen = find_gait(gait or feet.fitting(ANYWHERE)).name
     if plant not in PLANTS:
         raise UnknownNameError("plant", plant, PLANTS)
     need_view("driving", "websockets")
+    return chosen

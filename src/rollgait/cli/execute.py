@@ -57,6 +57,10 @@ def execute(
     estimator: Annotated[
         str, typer.Option(metavar="NAME", help="What is known of the state: truth, noisy or delayed.")
     ] = "truth",
+    replan: Annotated[
+        bool,
+        typer.Option("--replan", help="Replace a plan that no longer fits, while the robot moves."),
+    ] = False,
     force: Annotated[
         bool, typer.Option("--force", help="Execute plans even if their certificates fail.")
     ] = False,
@@ -90,7 +94,7 @@ def execute(
     with StatusLine("building the controller …", quiet=as_json) as line:
         loop = _loop(loaded, plant, estimator, disturbed, kernels, seed)
         with stopping() as stop:
-            found = execute_plans(loaded, loop, Watching(line, planned, stop), pushes)
+            found = execute_plans(loaded, loop, Watching(line, planned, stop), pushes, replan)
     file = None if record is None else str(write_log(found.log, record))
     report = found.report
     if as_json:
@@ -146,6 +150,9 @@ def _print(plans: Sequence[Path], plant: str, report: ExecutionReport) -> None:
         ("coasting", str(report.controller.coasting), "steps on an older solution"),
         ("standing", str(report.controller.standing), "steps after a fault"),
     ]
+    if report.replacements:
+        done = sum(one.done for one in report.replacements)
+        rows.append(("plans replaced", str(done), f"of {len(report.replacements)} that no longer fitted"))
     print_table(rows, right=[1])
     print_events(report.controller.events)
     for contact in report.unplanned:

@@ -11,7 +11,7 @@ from typing import Any, Final
 from rollgait.config import load_yaml, parse_setting, parse_value, set_key, validate
 from rollgait.errors import FileError, InputError, UnknownNameError
 from rollgait.mpc.command import PoseCommand, VelocityCommand
-from rollgait.mpc.footwork import Footwork
+from rollgait.mpc.footwork import ANYWHERE, Footwork
 from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.script import RandomScript, Script, TimedCommand, TimedPush, script_of
 from rollgait.mpc.settings import MpcSettings
@@ -67,13 +67,12 @@ def first_gait(script: Script, robot: Robot) -> str:
     """The gait with which a script begins: its own, or else one in which the robot's feet can follow it."""
     if script.gait is not None:
         return script.gait
-    anywhere = (1.0, 1.0, 1.0)
     commands = [timed.command for timed in script.commands]
     return Footwork(robot).fitting(
         [
             (command.forward, command.lateral, command.turn_rate)
             if isinstance(command, VelocityCommand)
-            else anywhere
+            else ANYWHERE
             for command in commands
         ]
     )

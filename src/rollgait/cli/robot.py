@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
@@ -12,6 +12,14 @@ from rollgait.cli.output import print_json, print_table
 from rollgait.cli.usage import Commands
 from rollgait.errors import InputError
 from rollgait.files import check_writable, replacing
+
+if TYPE_CHECKING:
+    from rollgait.robot.robot import Robot
+
+SLOW: Final = 0.3
+"""Of the command that is proposed: lengths of the robot, from hip to hip, in a second."""
+SLOW_TURN: Final = 0.2
+"""Its turn rate, rad/s."""
 
 app = typer.Typer(cls=Commands, rich_markup_mode=None, help="Show robots; make them from models.")
 
@@ -97,6 +105,21 @@ def import_(
     if earlier is not None:
         print(f"legs:    {earlier}: correct there what is wrong, and import again")
     print(f"next:    rollgait run {written.first}")
+    print(f"or:      rollgait mpc {written.robot} --plant mujoco --command {_slow_command(found.robot)}")
+
+
+def _slow_command(robot: Robot) -> str:
+    """A command for the controller that the robot's feet can follow: ahead, and turning if they turn."""
+    from rollgait.mpc.footwork import ANYWHERE, Footwork
+    from rollgait.mpc.gaits import find_gait
+
+    feet = Footwork(robot)
+    gait = find_gait(feet.fitting(ANYWHERE))
+    _, _, turns = feet.able(gait)
+    length = float(max(robot.stance[:, 0]) - min(robot.stance[:, 0]))
+    wanted = (SLOW * length, 0.0, SLOW_TURN * turns)
+    forward, _, turn = feet.within(gait, wanted)
+    return f"forward={forward:.2g}" + (f",turn_rate={turn:.2g}" if turns else "")
 
 
 def _write_outline(model: Path, file: Path) -> None:

@@ -57,7 +57,9 @@ def simulate(
         typer.Argument(metavar="PLAN|JOINTS", help="What 'rollgait plan' or 'rollgait track' wrote (.npz)."),
     ],
     record: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the log (.npz).")] = None,
-    video: Annotated[Path | None, typer.Option(metavar="FILE", help="Write a film (.mp4 or .gif).")] = None,
+    video: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a film: .mp4, .gif, .webp.")
+    ] = None,
     viewer: Annotated[
         bool, typer.Option("--viewer", help="Show it in MuJoCo's window, where there is a display.")
     ] = False,

@@ -14,7 +14,8 @@ from rollgait.ocp.goal import GoalPlace, GoalYaw
 from rollgait.plan.certificate.tolerances import GOAL_DISTANCE
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario.gait import Schedule, SteppingGait
-from rollgait.scenario.scenario import Goal, LaterGoal, Scenario, Start
+from rollgait.scenario.scenario import Goal, LaterGoal, Scenario
+from rollgait.scenario.start import Start
 
 MARGIN = 1.1
 """Part by which a limit is widened beyond what was missed."""

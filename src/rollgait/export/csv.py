@@ -6,7 +6,9 @@ the wheel's rim `<leg>_x, _y, _z`, the heading, the contact force on the robot `
 along the heading, `_heading_rate`, `_height_rate`, and `_contact` (1 in stance, 0 in swing). Heading and
 speed of a point foot are 0; feet that may move across a heading (`point`, `fixed`) add `<leg>_vx, <leg>_vy`
 behind them. At the end of the row stand for each leg where it touches the ground, `<leg>_cx, _cy, _cz`, and
-the unit normal there, `_nx, _ny, _nz`: on level ground the lowest point of the rim, and 0, 0, 1, as in swing.
+the unit normal there, `_nx, _ny, _nz`: on level ground the lowest point of the rim, and 0, 0, 1, as in swing;
+then the accelerations `com_ax … com_az` and `yaw_acceleration, pitch_acceleration, roll_acceleration`, which
+are difference quotients of the rates before.
 Numbers have all their digits: reading the file gives back the same doubles.
 """
 
@@ -19,7 +21,7 @@ import numpy as np
 
 from rollgait.files import replacing
 from rollgait.plan.plan import Plan
-from rollgait.plan.samples import Array, Samples
+from rollgait.plan.samples import Array, Samples, rate_of
 from rollgait.robot.robot import LEG_NAMES, Robot
 
 
@@ -58,6 +60,9 @@ def columns(samples: Samples, robot: Robot) -> dict[str, Array]:
     for leg, name in enumerate(LEG_NAMES):
         table |= _parts(s.contact_position[:, leg], f"{name}_cx", f"{name}_cy", f"{name}_cz")
         table |= _parts(s.contact_normal[:, leg], f"{name}_nx", f"{name}_ny", f"{name}_nz")
+    table |= _parts(rate_of(s.com_velocity, s.time), "com_ax", "com_ay", "com_az")
+    turns = ("yaw_acceleration", "pitch_acceleration", "roll_acceleration")
+    table |= _parts(rate_of(s.euler_rate, s.time), *turns)
     return table
 
 

@@ -13,6 +13,7 @@ from rollgait.export.csv import columns
 from rollgait.export.motion import Motion, Sampled, sampled
 from rollgait.files import replacing
 from rollgait.plan.plan import Plan
+from rollgait.tracking.joints import JointTrajectory
 
 FORMAT_VERSION: Final = 1
 """Version of the document."""
@@ -48,7 +49,8 @@ def _document(motion: Motion, s: Sampled) -> dict[str, Any]:
             "certificate": motion.certificate().to_dict(),
         }
     else:
-        document["report"] = _finite(motion.report.to_dict())
+        report = motion.report if isinstance(motion, JointTrajectory) else motion.report()
+        document["report"] = _finite(report.to_dict())
     document["samples"] = {name: values.tolist() for name, values in columns(s.samples, s.robot).items()}
     document["joints"] = {
         "names": list(s.joint_names),
@@ -57,6 +59,7 @@ def _document(motion: Motion, s: Sampled) -> dict[str, Any]:
         "position": s.joint_position.tolist(),
         "velocity": s.joint_velocity.tolist(),
         "effort": s.joint_effort.tolist(),
+        "acceleration": s.joint_acceleration.tolist(),
     }
     return document
 

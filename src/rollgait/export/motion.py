@@ -1,29 +1,31 @@
-"""What exports are made of: a plan or joints, sampled at a fixed rate. Plain arrays in the terms of ROS.
+"""What exports are made of: a plan, joints or a log, at a fixed rate. Plain arrays in the terms of ROS.
 
-Frames by REP-105: `odom` is the world, `base_link` the base. A plan alone knows the base by its CoM, so there
-`base_link` stands at the CoM; with joints it is the base link of the URDF. Axes and units by REP-103.
+A plan alone, and a log of a robot without legs, know the base by its CoM; with joints it is the root link of
+the URDF. Axes and units by REP-103.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from rollgait.angles import angular_velocity
 from rollgait.errors import InputError
+from rollgait.mpc.log import MpcLog
+from rollgait.mpc.log_samples import ground_height, samples_of_mpc
 from rollgait.plan.plan import MAX_SAMPLES, Plan
-from rollgait.plan.samples import Array, Samples
-from rollgait.robot.robot import LEG_NAMES, Robot
+from rollgait.plan.samples import Array, Samples, rate_of
+from rollgait.robot.robot import Robot
+from rollgait.ros.topics import LEGS
+from rollgait.simulation.log import SimulationLog
 from rollgait.terrain import Terrain
 from rollgait.tracking.joints import JointTrajectory
 
-Motion = Plan | JointTrajectory
-
-LEGS = tuple(name.lower() for name in LEG_NAMES)
-"""Names of the legs in frames and joints: lower case, as ROS has it."""
+Motion = Plan | JointTrajectory | SimulationLog | MpcLog
 
 
 @dataclass(frozen=True)
@@ -32,9 +34,12 @@ class Sampled:
 
     Attributes:
         robot: the planner's robot.
-        samples: the plan, (n, …).
-        base_position: of `base_link` in `odom`, (n, 3), m.
-        base_quaternion: `base_link` to `odom`, (x, y, z, w), (n, 4).
+        samples: the plan, or what became of it, (n, …).
+        whole: whether the joints are those of the robot's whole body; else they are its steering joints and
+            wheels alone, and the base is at the CoM.
+        base_position: of the base in the world, (n, 3), m.
+        base_quaternion: base to world, (x, y, z, w), (n, 4).
+        base_velocity: linear, then angular velocity in base axes, (n, 6), m/s and rad/s.
         joint_names: of the n_j joints.
         joint_position: (n, n_j), rad.
         joint_velocity: (n, n_j), rad/s.
@@ -45,8 +50,10 @@ class Sampled:
 
     robot: Robot
     samples: Samples
+    whole: bool
     base_position: Array
     base_quaternion: Array
+    base_velocity: Array
     joint_names: tuple[str, ...]
     joint_position: Array
     joint_velocity: Array
@@ -59,19 +66,32 @@ class Sampled:
         """(n,), s."""
         return self.samples.time
 
+    @property
+    def joint_acceleration(self) -> Array:
+        """(n, n_j), rad/s²."""
+        return rate_of(self.joint_velocity, self.time)
+
 
 def sampled(motion: Motion, rate: float) -> Sampled:
-    """A motion at a rate (Hz), both ends included; joints at the nearest of their own samples.
+    """A motion at a rate (Hz), both ends included; joints and logs at the nearest of their own samples.
 
     Raises:
         InputError: the rate is not positive, or too high.
     """
-    return _of_plan(motion, rate) if isinstance(motion, Plan) else _of_joints(motion, rate)
+    if isinstance(motion, Plan):
+        return _of_body(motion.sample_every(rate), motion.robot, terrain_of(motion))
+    index = _nearest(motion.time, rate)
+    if isinstance(motion, JointTrajectory):
+        return _of_joints(motion, index)
+    if isinstance(motion, SimulationLog):
+        return _of_simulation(motion, index)
+    s = samples_of_mpc(motion, index, motion.time[index])
+    of_body = _of_body(s, motion.robot, terrain_of(motion))
+    return _with_legs(of_body, motion, index) if motion.joint_names else of_body
 
 
-def _of_plan(plan: Plan, rate: float) -> Sampled:
-    """A plan: its joints are the steering and the wheel of each leg, relative to the base."""
-    s, robot = plan.sample_every(rate), plan.robot
+def _of_body(s: Samples, robot: Robot, terrain: Terrain) -> Sampled:
+    """A single rigid body: its joints are the steering and the wheel of each leg, relative to the base."""
     angle = wheel_angle(s, robot)
     names: list[str] = []
     position: list[Array] = []
@@ -86,28 +106,33 @@ def _of_plan(plan: Plan, rate: float) -> Sampled:
             position.append(angle[:, leg])
             velocity.append(s.speed[:, leg] / data.wheel_radius)
     count = len(s.time)
+    turn = Rotation.from_euler("ZYX", s.euler)
+    omega = angular_velocity(s.euler.T, s.euler_rate.T).T
     return Sampled(
         robot=robot,
         samples=s,
+        whole=False,
         base_position=s.com_position,
-        base_quaternion=np.asarray(Rotation.from_euler("ZYX", s.euler).as_quat()),
+        base_quaternion=np.asarray(turn.as_quat()),
+        base_velocity=np.column_stack([turn.inv().apply(s.com_velocity), turn.inv().apply(omega)]),
         joint_names=tuple(names),
         joint_position=np.stack(position, axis=1) if names else np.zeros((count, 0)),
         joint_velocity=np.stack(velocity, axis=1) if names else np.zeros((count, 0)),
         joint_effort=np.zeros((count, 0)),
         wheel_angle=angle,
-        terrain=terrain_of(plan),
+        terrain=terrain,
     )
 
 
-def _of_joints(joints: JointTrajectory, rate: float) -> Sampled:
-    index = _nearest(joints.time, rate)
+def _of_joints(joints: JointTrajectory, index: NDArray[np.intp]) -> Sampled:
     s = joints.reference.at(index)
     return Sampled(
         robot=joints.robot,
         samples=s,
+        whole=True,
         base_position=joints.base_position[index],
         base_quaternion=joints.base_quaternion[index],
+        base_velocity=joints.base_velocity[index],
         joint_names=joints.joint_names,
         joint_position=joints.joint_position[index],
         joint_velocity=joints.joint_velocity[index],
@@ -117,10 +142,54 @@ def _of_joints(joints: JointTrajectory, rate: float) -> Sampled:
     )
 
 
+def _of_simulation(log: SimulationLog, index: NDArray[np.intp]) -> Sampled:
+    """What the robot did; its feet are where its joints have them."""
+    from rollgait.simulation.log_samples import samples_of_log
+
+    s = samples_of_log(log, index, log.time[index])
+    return Sampled(
+        robot=log.robot,
+        samples=s,
+        whole=True,
+        base_position=log.base_position[index],
+        base_quaternion=log.base_quaternion[index],
+        base_velocity=log.base_velocity[index],
+        joint_names=log.joint_names,
+        joint_position=log.joint_position[index],
+        joint_velocity=log.joint_velocity[index],
+        joint_effort=log.joint_torque[index],
+        wheel_angle=wheel_angle(s, log.robot),
+        terrain=terrain_of(log),
+    )
+
+
+def _with_legs(of_body: Sampled, log: MpcLog, index: NDArray[np.intp]) -> Sampled:
+    """A run of the controller with the joints of the plant; velocities are differences of the log's rows."""
+    quaternion = log.base_quaternion[index]
+    linear = rate_of(log.base_position, log.time)[index]
+    return replace(
+        of_body,
+        whole=True,
+        base_position=log.base_position[index],
+        base_quaternion=quaternion,
+        base_velocity=np.column_stack(
+            [Rotation.from_quat(quaternion).inv().apply(linear), of_body.base_velocity[:, 3:]]
+        ),
+        joint_names=log.joint_names,
+        joint_position=log.joint_position[index],
+        joint_velocity=rate_of(log.joint_position, log.time)[index],
+        joint_effort=np.zeros((len(index), 0)),
+    )
+
+
 def terrain_of(motion: Motion) -> Terrain:
-    """The ground of a motion; of joints that do not say theirs a plane under their feet."""
+    """The ground of a motion; of those that do not say theirs a plane under their feet."""
     if isinstance(motion, Plan):
         return motion.scenario.terrain
+    if isinstance(motion, MpcLog):
+        return Terrain(ground_height(motion))
+    if isinstance(motion, SimulationLog):
+        return motion.terrain or Terrain(motion.ground_height)
     return motion.terrain or Terrain(float(motion.reference.foot_position[..., 2].min()))
 
 

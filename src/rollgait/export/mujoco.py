@@ -16,27 +16,27 @@ from scipy.spatial.transform import Rotation
 from rollgait.errors import InputError, MissingExtraError
 from rollgait.export.motion import Motion, Sampled, sampled
 from rollgait.files import replacing
-from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array
+from rollgait.robot.robot import Robot
 from rollgait.robot.urdf_files import Urdf, read_urdf
 from rollgait.robot.whole_body import find_whole_body
-from rollgait.tracking.joints import JointTrajectory
 
 
 def write_mujoco(motion: Motion, path: Path, rate: float) -> Path:
     """Writes joints, sampled at `rate` (Hz), as keyframes; returns the path.
 
     Raises:
-        InputError: the motion is a plan, which has no joints.
+        InputError: the motion has no joints.
         MissingExtraError: the extra `whole-body` is not installed.
     """
-    if isinstance(motion, Plan):
-        raise InputError("format", "mujoco", "needs joints: track the plan first, then export its joints")
     s = sampled(motion, rate)
-    order = [s.joint_names.index(name) for name in depth_first(_urdf(motion)) if name in s.joint_names]
+    if not s.whole:
+        raise InputError("format", "mujoco", "needs joints: track the plan first, then export its joints")
+    order = [s.joint_names.index(name) for name in depth_first(_urdf(s.robot)) if name in s.joint_names]
     x, y, z, w = s.base_quaternion.T
     qpos = np.column_stack([s.base_position, w, x, y, z, s.joint_position[:, order]])
-    base_velocity = _base_velocity(motion, s.time)
+    turn = Rotation.from_quat(s.base_quaternion)  # linear velocity in world axes, angular in base axes
+    base_velocity = np.column_stack([turn.apply(s.base_velocity[:, :3]), s.base_velocity[:, 3:]])
     qvel = np.column_stack([base_velocity, s.joint_velocity[:, order]])
     root = ET.Element("mujocoinclude")
     root.extend(_ground(s))
@@ -77,16 +77,8 @@ def depth_first(urdf: Urdf) -> list[str]:
     return names
 
 
-def _urdf(joints: JointTrajectory) -> Urdf:
-    return read_urdf(find_whole_body(joints.robot).urdf)
-
-
-def _base_velocity(joints: JointTrajectory, times: Array) -> Array:
-    """Linear velocity in world axes and angular velocity in base axes, as MuJoCo has them, (n, 6)."""
-    index = np.searchsorted(joints.time, times)
-    turn = Rotation.from_quat(joints.base_quaternion[index])
-    linear = turn.apply(joints.base_velocity[index, :3])
-    return np.column_stack([linear, joints.base_velocity[index, 3:]])
+def _urdf(robot: Robot) -> Urdf:
+    return read_urdf(find_whole_body(robot).urdf)
 
 
 def _numbers(values: Array) -> str:

@@ -12,7 +12,7 @@ from rollgait.errors import MissingExtraError
 from rollgait.export.csv import columns
 from rollgait.plan.certificate import Certificate
 from rollgait.plan.plan import Plan
-from rollgait.plan.samples import Samples
+from rollgait.plan.samples import Samples, rate_of
 from rollgait.robot.robot import LEG_NAMES
 
 EXTRA: Final = "tables"
@@ -25,6 +25,11 @@ UNITS: Final[Mapping[str, tuple[str, ...]]] = {
     "1": ("contact", "contact_normal"),
 }
 """Units of what is sampled."""
+ACCELERATIONS: Final[Mapping[str, tuple[str, str, str]]] = {
+    "com_acceleration": ("com_velocity", "axis", "m/s²"),
+    "euler_acceleration": ("euler_rate", "angle", "rad/s²"),
+}
+"""What is a difference quotient of what is sampled: of which, along which dimension, and its unit."""
 AXES: Final = ("x", "y", "z")
 ANGLES: Final = ("yaw", "pitch", "roll")
 
@@ -53,7 +58,7 @@ def dataset(plan: Plan, rate: float) -> Any:
 
 def variables(samples: Samples) -> dict[str, tuple[tuple[str, ...], np.ndarray[Any, Any], dict[str, str]]]:
     """What is sampled: dimensions, values and unit of each, by its name."""
-    result = {}
+    result: dict[str, Any] = {}
     for unit, names in UNITS.items():
         for name in names:
             values = getattr(samples, name)
@@ -61,6 +66,9 @@ def variables(samples: Samples) -> dict[str, tuple[tuple[str, ...], np.ndarray[A
             legs = ("leg",) if len(LEG_NAMES) in values.shape[1:2] else ()
             vector = (last,) if values.ndim == 2 + len(legs) else ()
             result[name] = (("time", *legs, *vector), values, {"units": unit})
+    for name, (of, last, unit) in ACCELERATIONS.items():
+        values = rate_of(getattr(samples, of), samples.time)
+        result[name] = (("time", last), values, {"units": unit})
     return result
 
 

@@ -128,12 +128,14 @@ class Ways:
             nodes = np.arange(s.lift_off, s.touch_down + 1)
             passed = (times[nodes] - times[nodes[0]]) / (times[nodes[-1]] - times[nodes[0]])
             before, after = under[nodes[[0, -1]], s.leg]
+            if s.lift_off == 0 and self.schedule.begun[s.leg] > 0.0:
+                before = after  # what it has left nobody knows any more
             under[nodes, s.leg] = before + passed * (after - before)
         return base_references(under, self.stance)
 
     def _looked_up(self, swing: SwingOver, paths: FeetPaths) -> SwingOver:
         """A swing over something, as high as what is now on its way: not where its footholds were once."""
-        if not swing.over:
+        if not swing.over or (swing.lift_off == 0 and self.schedule.begun[swing.leg] > 0.0):
             return swing
         nodes = np.arange(swing.lift_off, swing.touch_down + 1)
         places = np.linspace(nodes[0], nodes[-1], max(ACROSS, len(nodes)))

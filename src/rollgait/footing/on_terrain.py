@@ -80,22 +80,38 @@ class OnTerrain:
         return BodyPath(com, np.column_stack([base[:, 2], pitch, roll]), places)
 
 
-def find_ways(scenario: Scenario, schedule: ContactSchedule) -> OnTerrain:
-    """The ways of a scenario's feet over its ground. Raises `NotSolvedError` where there are none."""
+def find_ways(
+    scenario: Scenario, schedule: ContactSchedule, motion: Callable[[Array], Samples] | None = None
+) -> OnTerrain:
+    """The ways of a scenario's feet over its ground, those of a motion if there is one.
+
+    Raises `NotSolvedError` where there are none.
+    """
     robot, regions = scenario.body, regions_for(scenario)
-    route = _carried_route(scenario, schedule, regions) or _tracked_route(scenario, schedule, regions)
+    if motion is not None:
+        route = _route_of(motion(schedule.node_times))
+    else:
+        route = _carried_route(scenario, schedule, regions) or _tracked_route(scenario, schedule, regions)
     nodes = np.searchsorted(route.times, schedule.node_times - 1e-12)
     yaw = route.base[nodes, 2]
     feet = route.feet[nodes]
-    feet[0] = standing_start(scenario)[1][:, :2]  # where they are given, a little beside the nominal places
+    moving = scenario.start.motion
+    # where they are given, a little beside the nominal places
+    feet[0] = standing_start(scenario)[1][:, :2] if moving is None else moving.feet[:, :2]
     paths = FeetPaths(feet, np.repeat(yaw[:, None], FEET, axis=1), yaw)
     speed = float(scenario.value_of("bounds", "swing_speed_max"))
-    how = Swinging(speed, scenario.clearance_over)
+    how = Swinging(speed, scenario.clearance_over, None if moving is None else moving.feet[:, 2])
     ways = Ways.along(regions, robot.stance, schedule, paths, how)
     footing = ways.footing(paths)
-    if footing.may_differ:
+    if footing.may_differ and motion is None:
         footing = ways.footing(paths, UNSURE)
     return OnTerrain(ways, route, footing)
+
+
+def _route_of(motion: Samples) -> Route:
+    """The route of a motion, sampled at the nodes."""
+    base = np.column_stack([motion.com_position[:, :2], motion.euler[:, 0]])
+    return Route(motion.time, base, motion.foot_position[..., :2].copy())
 
 
 def _tracked_route(scenario: Scenario, schedule: ContactSchedule, regions: Sequence[Regions]) -> Route:

@@ -58,10 +58,12 @@ class Swinging:
     Attributes:
         speed_max: limit of a foot in the air, m/s.
         clearance_over: z_fly above what it goes over, m.
+        start_height: z of the feet at t = 0, for those that are in the air then, (4,), m.
     """
 
     speed_max: float
     clearance_over: float
+    start_height: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -144,12 +146,15 @@ def _add_swing(
     both = np.array([left, lands])
     boxes = (before.region, after.region)
     one_region = all(box is not None and box.contains(both).all() for box in boxes)
+    if swing.begun > 0.0:
+        return _go_on(own, swing, (before, after), (way, heights), schedule, how)
     over = not one_region or top > bottom.max() + BUMP or _stands_out_of_local(heights)
+    assert swing.middle is not None, "only swings that have begun may be past it"
     first = last = swing.middle
     if over:
         between = ~np.logical_or.reduce([box.contains(way) for box in boxes if box is not None])
         length = between.mean() * float(np.linalg.norm(lands - left))
-        first, last = _over(swing, length / (SWING_SPEED_SHARE * how.speed_max), schedule)
+        first, last = _over(swing, swing.middle, length / (SWING_SPEED_SHARE * how.speed_max), schedule)
     # A swing over nothing stays in the regions of its footholds: beyond their edges there may be a riser.
     for k in range(begin, end):
         if k < first:
@@ -172,10 +177,57 @@ def _stands_out_of_local(heights: Array) -> bool:
     return bool((heights - local > BESIDE_LOCAL).any())
 
 
-def _over(swing: SwingPhase, duration: float, schedule: ContactSchedule) -> tuple[int, int]:
+def _go_on(
+    own: dict[int, Phase],
+    swing: SwingPhase,
+    ends: tuple[Phase, Phase],
+    ground: tuple[Array, Array],
+    schedule: ContactSchedule,
+    how: Swinging,
+) -> SwingOver:
+    """Adds what is left of a swing that has begun before t = 0; how high it goes.
+
+    A foot that is above what is before it goes over that at once, one that still rises first rises on.
+
+    Args:
+        own: the phases of the leg.
+        swing: the swing.
+        ends: what it leaves, and where it lands.
+        ground: places on its way, (n, 2), and heights of the ground there, (n,), m.
+        schedule: the contacts.
+        how: limits of swings, and how high the foot is.
+    """
+    (before, after), (way, heights) = ends, ground
+    assert how.start_height is not None, "who knows of a swing that has begun knows where its foot is"
+    assert after.region is not None, "feet land where they can stand"
+    lands = float(heights[-1])
+    outside = ~after.region.contains(way)
+    top = float(np.nanmax(heights[outside], initial=lands))
+    over = bool(outside.any())
+    begin, end = swing.lift_off, swing.touch_down
+    first = last = begin
+    if over:
+        length = outside.mean() * float(np.linalg.norm(way[-1] - way[0]))
+        duration = length / (SWING_SPEED_SHARE * how.speed_max)
+        if swing.middle is not None and how.start_height[swing.leg] < top + OVER_CLEARANCE:
+            first, last = _over(swing, swing.middle, duration, schedule)
+        else:
+            past = schedule.node_times[begin] + duration
+            last = int(
+                np.clip(np.searchsorted(schedule.node_times, past), begin + 1, max(begin + 1, end - 1))
+            )
+    rises = first > begin
+    for k in range(begin, end):
+        above = Phase(None, -1, top)
+        own[k] = before if k < first else above if k < last else after
+    from_height = float(heights[0]) if rises else top if swing.middle is not None else lands
+    return SwingOver(swing.leg, begin, end, from_height, top, lands, over, how.clearance_over)
+
+
+def _over(swing: SwingPhase, middle: int, duration: float, schedule: ContactSchedule) -> tuple[int, int]:
     """First interval of a swing that is above what it goes over for some time (s), first one that no longer
     is."""
-    wanted = max(OVER_LEAST, int(np.ceil(duration / float(schedule.lengths[swing.middle]))) + 1)
-    first = max(swing.middle - wanted // 2, swing.lift_off + 1)
-    last = min(max(first + wanted, swing.middle + 1), swing.touch_down - 1)
-    return (first, last) if first <= swing.middle < last else (swing.lift_off, swing.touch_down)
+    wanted = max(OVER_LEAST, int(np.ceil(duration / float(schedule.lengths[middle]))) + 1)
+    first = max(middle - wanted // 2, swing.lift_off + 1)
+    last = min(max(first + wanted, middle + 1), swing.touch_down - 1)
+    return (first, last) if first <= middle < last else (swing.lift_off, swing.touch_down)

@@ -23,6 +23,7 @@ from rollgait.robot.loads import Loads, Wrench
 from rollgait.robot.robot import LEG_NAMES
 
 if TYPE_CHECKING:
+    from rollgait.mpc.plans.replanner import Replacement, Replanner
     from rollgait.plant.unplanned import UnplannedContact
 
 Array = NDArray[np.float64]
@@ -80,6 +81,7 @@ class ExecutionReport:
         at_limit: for how long a joint was at its torque limit, s.
         unplanned: what else than a foot touched the ground.
         controller: what the controller's own log says.
+        replacements: of plans that no longer fitted, also those that came to nothing.
     """
 
     passed: bool
@@ -105,6 +107,7 @@ class ExecutionReport:
     at_limit: float
     unplanned: tuple[UnplannedContact, ...]
     controller: MpcReport
+    replacements: tuple[Replacement, ...] = ()
 
     @property
     def verdict(self) -> str:
@@ -123,6 +126,7 @@ class ExecutionReport:
         data["force_rms"] = dict(zip(LEG_NAMES, self.force_rms, strict=False))
         data["unplanned"] = [contact.model_dump() for contact in self.unplanned]
         data["controller"] = self.controller.to_dict()
+        data["replacements"] = [asdict(one) for one in self.replacements]
         return data
 
 
@@ -173,6 +177,7 @@ def execute(
     loop: ClosedLoop,
     watch: Watch | None = None,
     pushes: Sequence[TimedPush] = (),
+    replan: bool = False,
 ) -> Execution:
     """Lets a closed loop carry out plans, one after the other, and stand at the end.
 
@@ -181,6 +186,7 @@ def execute(
         loop: controller and plant, on the plans' ground.
         watch: called after each step with the time, s; ends the run if it returns True.
         pushes: of the base, in any order.
+        replan: whether plans that no longer fit are replaced, planned by a process in the background.
 
     Raises:
         InputError: there is no plan, one is of another robot, or begins elsewhere.
@@ -188,7 +194,10 @@ def execute(
     if not plans:
         raise InputError("plans", [], "must be at least one plan")
     loop.mpc.follow(*plans)
-    return _Run(plans, loop, watch, pushes).execution()
+    run = _Run(plans, loop, watch, pushes)
+    if not replan:
+        return run.execution()
+    return run.replanning()
 
 
 class _Run:
@@ -197,12 +206,23 @@ class _Run:
     def __init__(
         self, plans: Sequence[Plan], loop: ClosedLoop, watch: Watch | None, pushes: Sequence[TimedPush]
     ) -> None:
-        self._plans, self._loop, self._watch = plans, loop, watch
+        self._plans, self._loop, self._watch = list(plans), loop, watch
+        self._replanner: Replanner | None = None
         self._pushes = sorted(pushes, key=lambda push: push.at)
         self._writer = LogWriter(loop.mpc.robot, loop.plant, loop.mpc.settings.period)
         self._rows: list[tuple[int, float, Array, Array, float]] = []
         self._footholds: list[Foothold] = []
         self._stood: NDArray[np.bool_] = np.ones(len(LEG_NAMES), dtype=bool)
+
+    def replanning(self) -> Execution:
+        """Runs to the end with plans replaced that no longer fit."""
+        from rollgait.mpc.plans.replanner import Replanner
+
+        self._replanner = Replanner(self._loop.mpc, self._plans)
+        try:
+            return self.execution()
+        finally:
+            self._replanner.close()
 
     def execution(self) -> Execution:
         """Runs to the end."""
@@ -218,6 +238,8 @@ class _Run:
                 control, prediction = loop.step(VelocityCommand())
                 self._writer.add(before, control, prediction, loop.mpc.wanted, pose)
                 self._note(control.contact)
+                if self._replanner is not None:
+                    self._replanner.update(plant.state)
                 progress = loop.mpc.progress
                 if plant.fallen:
                     fallen_at = loop.time
@@ -287,6 +309,7 @@ class _Run:
             at_limit=log.period * int((shares >= AT_LIMIT).sum()),
             unplanned=tuple(getattr(plant, "unplanned", {}).values()),
             controller=controller,
+            replacements=() if self._replanner is None else tuple(self._replanner.replacements),
         )
 
     def _final(self, wanted: Samples, pose: Array) -> dict[str, float]:

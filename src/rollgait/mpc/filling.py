@@ -18,6 +18,7 @@ from rollgait.mpc.ground.level import LevelGround
 from rollgait.mpc.reference import Reference
 from rollgait.mpc.settings import MpcBounds, MpcSettings, MpcWeights
 from rollgait.ocp.live import OPEN, WORKSPACE
+from rollgait.ocp.support import CORNERS, corners_of
 from rollgait.ocp.term import Cost
 from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import Robot
@@ -132,11 +133,13 @@ class Filling:
         legs = self._problem.robot.leg_list
         largest = min(leg.force_max for leg in legs)
         fitting = min(PROFILES["executable"]["bounds"]["force_min"], FORCE_OF_WEIGHT * self.robot.weight)
-        self._force_min = fitting if bounds.force_min is None else bounds.force_min
-        if self._force_min >= largest:  # a solver given limits that cross may never return
-            raise InputError(
-                "bounds.force_min", self._force_min, f"must be less than force_max, {largest:g} N"
-            )
+        force_min = fitting if bounds.force_min is None else bounds.force_min
+        fair = self.robot.weight / len(legs)
+        if force_min >= min(largest, fair):  # a solver given limits that cross may never return
+            what = "force_max" if largest <= fair else "what each foot carries"
+            rule = f"must be less than {what}, {min(largest, fair):.4g} N"
+            raise InputError("bounds.force_min", force_min, rule)
+        self._force_min = force_min
         self.bounds = bounds
         self._speed = np.array([min(bounds.speed_max, leg.speed_max) for leg in legs])
         self._swing_speed = np.where(self.rolls, 1.0, POINT_SPEED) * bounds.swing_speed_max
@@ -149,6 +152,8 @@ class Filling:
         self.second_limit: Array = second
         self._put_limits("second_motion", -second[:, None], second[:, None])
         self._problem.interval.numbers("mu")[:] = bounds.friction
+        for stage in self._stages:
+            stage.numbers("support_margin")[:] = bounds.com_margin
 
     def _all(self, stage: LiveStage, name: str, values: object) -> None:
         stage.numbers(name)[:] = np.asarray(values, dtype=float)[:, None]
@@ -190,6 +195,7 @@ class Filling:
         self._put_limits("force", low, high)
         self.stands = stands
         self.share, self.force_low, self.force_high = share, low, high
+        self._put_support(stands)
         self._put_limits("friction", np.repeat(np.where(stands, 0.0, -OPEN), 4, axis=0), np.inf)
         speed = np.where(stands, self._speed[:, None], self._swing_speed[:, None])
         self._put_limits("first_motion", -speed, speed)
@@ -197,6 +203,15 @@ class Filling:
         self._put_limits("acceleration", -rate_max, rate_max)
         self.usual_force: Array = self._static_forces(share)
         stage.numbers("force_ref")[2::3] = self.usual_force
+
+    def _put_support(self, stands: NDArray[np.bool_]) -> None:
+        """Over which three feet the CoM is wanted in each interval, if one of four swings."""
+        stage, end = self._stages
+        corners, counts = corners_of(stands), stands.sum(axis=0) == CORNERS
+        stage.numbers("support_corners")[:] = corners
+        stage.numbers("support_counts")[:] = counts
+        end.numbers("support_corners")[:] = corners[:, -1:]
+        end.numbers("support_counts")[:] = counts[-1]
 
     def _put_lift(self, clock: GaitClock, edges: Array) -> None:
         """How high feet are above level ground, and how fast they rise."""

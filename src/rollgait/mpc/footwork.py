@@ -27,6 +27,17 @@ FELT: Final = 1e-6
 """Speed across from which on a foot counts as dragged, m/s for 1 m/s or 1 rad/s."""
 STEPPING: Final = "trot"
 """Gait of a robot whose feet cannot do what is asked for by rolling."""
+ANYWHERE: Final = (1.0, 1.0, 1.0)
+"""A twist of which nothing can be left out: m/s and rad/s."""
+SLIGHT: Final = 0.02
+"""Speed of a foot below which a robot does not get anywhere, in lengths of its body per second."""
+SWAY: Final = 0.02
+"""Least way that all feet have to either side, in heights of the robot, for the body to sway over steps."""
+ABILITIES: Final = ("go ahead", "go sideways", "turn")
+"""What each part of a twist is, in words."""
+
+
+_ONLY_AHEAD: Final = "wheels that do not steer only roll ahead"
 
 
 class Footwork:
@@ -53,7 +64,13 @@ class Footwork:
         self._velocity: Array = self._axes @ one_by_one
         boxes = robot.foot_boxes()[:, :, :2]
         side = np.minimum(-boxes[:, 0], boxes[:, 1])
+        up_down = robot.foot_boxes()[:, :, 2]
+        self._lowest, self._highest = -float(up_down[:, 1].min()), -float(up_down[:, 0].max())
         self._side: Array = (side[:, None] / np.maximum(np.abs(self._axes), FELT)).min(axis=2)
+        self._least_way = side.min(axis=0)
+        self._sways = bool(self._least_way[1] >= SWAY * robot.height)
+        slight = SLIGHT * float(np.ptp(stance[:, 0]))
+        self._slight = np.array([slight, slight, slight / float(np.linalg.norm(stance, axis=1).max())])
 
     def pinned(self, locked: bool = False) -> NDArray[np.bool_]:
         """Along which of its axes, heading and left of it, a foot that stands does not move, (4, 2)."""
@@ -117,17 +134,55 @@ class Footwork:
 
     def _why(self, gait: CyclicGait) -> str:
         kinds = set(self._kinds)
-        feet = "point feet do not roll" if "point" in kinds else "wheels that do not steer only roll ahead"
+        feet = "point feet do not roll" if "point" in kinds else _ONLY_AHEAD
         if gait.wheels == "locked" and "point" not in kinds:
             feet = "locked wheels stand still"
         if gait.swing > 0.0:
             return f"{feet}, and steps of the gait {gait.name!r} carry no farther"
-        return f"{feet}; a gait that steps can do more ({', '.join(_steps())})"
+        more = [name for name, other in GAITS.items() if self.carried(other).swing > 0.0]
+        return f"{feet}; a gait that steps can do more ({', '.join(more)})" if more else feet
 
     def fitting(self, twists: ArrayLike) -> str:
-        """The gait to begin with: rolling where all of these velocities (n, 3) can be rolled, else steps."""
-        drive = GAITS["drive"]
-        return STEPPING if any(self.note(drive, twist) for twist in np.atleast_2d(twists)) else drive.name
+        """The gait to begin with: rolling where all of these velocities (n, 3) can be rolled, else steps.
+
+        Steps that would carry the robot no farther than rolling does are not taken.
+        """
+        drive, steps = GAITS["drive"], GAITS[STEPPING]
+        is_rolled = not any(self.note(drive, twist) for twist in np.atleast_2d(twists))
+        return drive.name if is_rolled or self.able(steps) == self.able(drive) else steps.name
+
+    def carried(self, gait: CyclicGait) -> CyclicGait:
+        """A gait, or one without steps in its place where the feet that stand would not carry the robot.
+
+        While a foot is in the air the body sways over those that stand, and who tips is caught by a foot
+        farther out. Legs that only move ahead and back, over feet that do not slip sideways, can do neither.
+        """
+        if gait.swing == 0.0 or self._sways:
+            return gait
+        return GAITS["stand" if gait.wheels == "locked" else "drive"]
+
+    def within_height(self, change: float) -> float:
+        """A change of the height of the CoM, m, cut to what the legs allow while all feet stand."""
+        return float(min(max(change, self._lowest), self._highest))
+
+    def able(self, gait: CyclicGait) -> tuple[bool, bool, bool]:
+        """Whether the robot can go ahead, go sideways and turn in a gait, so that it is seen to."""
+        largest = (self.within(gait, tuple(row)) for row in np.diag(ANYWHERE))
+        ahead, aside, turn = (np.abs(np.sum(list(largest), axis=0)) > self._slight).tolist()
+        return ahead, aside, turn
+
+    def unfit(self) -> str:
+        """What the robot can do in no gait, in one sentence; empty if it can do everything."""
+        gaits = [self.carried(gait) for gait in GAITS.values() if not gait.brakes]
+        able = np.any([self.able(gait) for gait in gaits], axis=0)
+        if able.all():
+            return ""
+        lacking = " or ".join(name for name, can in zip(ABILITIES, able, strict=True) if not can)
+        x, y = (f"{1e3 * way:.0f} mm" for way in self._least_way)
+        feet = "point feet do not roll" if "point" in self._kinds else _ONLY_AHEAD
+        return (
+            f"the robot cannot {lacking} in any gait: {feet}, and legs reach {x} ahead or back and {y} aside"
+        )
 
 
 def _pinned(kinds: Sequence[FootKind], locked: bool) -> NDArray[np.bool_]:
@@ -138,7 +193,3 @@ def _pinned(kinds: Sequence[FootKind], locked: bool) -> NDArray[np.bool_]:
 def stride_share(gait: CyclicGait) -> float:
     """Share of a foot's box that the strides of a gait use."""
     return STRIDE_SHARE if len(set(gait.phase)) == len(gait.phase) else STRIDE_SHARE_OF_PAIRS
-
-
-def _steps() -> list[str]:
-    return [gait.name for gait in GAITS.values() if gait.swing > 0.0]

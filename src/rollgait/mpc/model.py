@@ -59,6 +59,30 @@ class RobotModel:
             ]
         )
 
+    def state(self, node: Array, time: float, foot_position: Array, speed: Array) -> RobotState:
+        """The state that a node vector means: the inverse of `node`.
+
+        Args:
+            node: in the units of the variables.
+            time: s.
+            foot_position: (4, 3), m; a node knows no heights.
+            speed: of the wheels, (4,), m/s; of point feet nothing.
+        """
+        theta, L = node[:3], self._momentum * node[3:6]
+        figures, kinds = self._figures, self._figures.kinds
+        heading = np.array([theta[0] + offset for offset in figures.heading_offset])
+        heading[self._steerable] = node[20:]
+        return RobotState(
+            time=time,
+            com_position=node[6:9].copy(),
+            euler=theta.copy(),
+            com_velocity=node[9:12].copy(),
+            euler_rate=np.array(euler_rate(math, theta.tolist(), L.tolist(), figures)),
+            foot_position=foot_position,
+            heading=heading,
+            speed=np.where([kind == "point" for kind in kinds], 0.0, speed),
+        )
+
     def after(
         self,
         state: RobotState,

@@ -28,7 +28,7 @@ from rollgait.mpc.ground.level import LevelGround
 from rollgait.mpc.incoming import Incoming
 from rollgait.mpc.iterate import Iterate
 from rollgait.mpc.model import RobotModel
-from rollgait.mpc.outlook import outlook
+from rollgait.mpc.outlook import expected_at, outlook
 from rollgait.mpc.prediction import STANDING_STATUS, Event, Mode, Prediction, Status
 from rollgait.mpc.reference import Reference, ReferenceMaker
 from rollgait.mpc.settings import MpcSettings
@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from rollgait.mpc.plans.follower import PlanFollower, Progress
     from rollgait.mpc.plans.wanted import Wanted
     from rollgait.plan.plan import Plan
+    from rollgait.plant.moving import MotionState
 
 log = logging.getLogger("rollgait")
 Array = NDArray[np.float64]
@@ -62,7 +63,7 @@ FEASIBLE: Final = 1e-3
 USABLE: Final = 0.2
 """Violation from which on an iterate is not used: its motion is not one that the robot could make."""
 
-FOLLOWING: Final = {"goal": 5000.0, "feet": 4000.0, "velocity": 50.0, "heading": 20.0}
+FOLLOWING: Final = {"goal": 5000.0, "feet": 4000.0, "velocity": 50.0, "heading": 20.0, "support": 0.0}
 """Weights of the costs while a plan is followed: it knows where all shall be, a command does not."""
 ROOMY: Final = ("speed_max", "acceleration_max", "swing_speed_max", "swing_acceleration_max")
 FOLLOWING_ROOM: Final = 1.5
@@ -161,6 +162,7 @@ class Mpc:
         self._hold = StepHold(self.settings.period)
         self._weights, self._bounds = self.settings.weights, self.settings.bounds
         self._cut = ""
+        self._unfit: set[str] = set()
         self._plans: PlanFollower | None = None
         self._follows_from_next = False
         self._wanted: Wanted | None = None
@@ -272,6 +274,7 @@ class Mpc:
         self._last, self._failures, self._stands = None, 0, False
         self._hold.reset()
         self._cut = ""
+        self._unfit.clear()
         self._forget_plans()
         self._fill.reset_stance()
         self._incoming.reset()
@@ -307,13 +310,50 @@ class Mpc:
         self._put_settings()
         self._follows_from_next = True
 
+    def expected(self, ahead: float) -> MotionState:
+        """The robot as it is expected after a time, with what its feet do then: a plan can begin there.
+
+        Args:
+            ahead: s, of the horizon; the nearest node counts, which the state's time says.
+
+        Raises:
+            InputError: there was no step yet, or the time is beyond the horizon.
+        """
+        if self._last is None:
+            raise InputError("ahead", ahead, "needs a step of the controller before")
+        count, interval = self._fill.count, self._fill.interval
+        node = round(ahead / interval)
+        if not 1 <= node < count:
+            rule = f"must lie in [{interval:g}, {(count - 1) * interval:g}] s, the horizon"
+            raise InputError("ahead", ahead, rule)
+        return expected_at(self._problem, self._iterate, self._fill, self.clock, self._model, self._now, node)
+
+    def replace(self, plan: Plan, time: float) -> None:
+        """In place of the plan that is followed another one, which begins in motion at a time.
+
+        Args:
+            plan: made for `expected`, or with `plan.rest`.
+            time: at which it begins, s; that of the next step or so.
+
+        Raises:
+            InputError: no plan is followed, it is of another robot, or does not begin as the robot moves.
+        """
+        from rollgait.mpc.plans.joining import check_robot
+        from rollgait.mpc.plans.path import PlanPath
+
+        if self._plans is None or self._last is None or self._follows_from_next:
+            raise InputError("plan", plan.robot.name, "needs a plan that is followed, which it replaces")
+        path = PlanPath(plan)
+        check_robot(path, self.robot)
+        self.clock = self._plans.replace(path, self._last.end, time)
+
     def leave(self) -> None:
         """Follows plans no longer: commands count again, in the gait of the last beginning."""
         if self._plans is not None and self._last is not None and not self._follows_from_next:
             end = self._last.end
             x, y, yaw = float(end.com_position[0]), float(end.com_position[1]), float(end.euler[0])
             self._reference.begin_at((x, y, yaw), self.wanted)
-            self.clock.request(self._gait, self._now)
+            self.clock.request(self._fitting(self._gait), self._now)
         self._forget_plans()
 
     @property
@@ -366,6 +406,10 @@ class Mpc:
         state, elapsed = self._incoming.take(state, self._last)
         self._now = state.time
         deadline = begin + self.stretch * (self.settings.deadline or self.settings.period)
+        if self._last is None and (unfit := self._feet.unfit()):
+            self._note(state.time, unfit)
+        if command.gait is not None and (fitting := self._fitting(command.gait)) != command.gait:
+            command = command.model_copy(update={"gait": fitting})
         command = self._within_limits(command, state.time)
         if self._stands:
             command = VelocityCommand()
@@ -424,6 +468,13 @@ class Mpc:
         self, command: VelocityCommand | PoseCommand, time: float
     ) -> VelocityCommand | PoseCommand:
         cut, note = command.within(self.settings.limits)
+        height = self._feet.within_height(cut.height_change)
+        if height != cut.height_change:
+            legs = f"height change {cut.height_change:.3g} m is cut to {height:.3g} m: legs reach no farther"
+            cut, note = (
+                cut.model_copy(update={"height_change": height}),
+                "; ".join(filter(None, (note, legs))),
+            )
         if isinstance(cut, VelocityCommand) and self._plans is None and not self._stands:
             gait = self.clock.gait if cut.gait is None else find_gait(cut.gait)
             feet = self._feet.note(gait, (cut.forward, cut.lateral, cut.turn_rate))
@@ -433,9 +484,22 @@ class Mpc:
         self._cut = note
         return cut
 
+    def _fitting(self, name: str) -> str:
+        """A gait, or in its place one in which the robot does not fall; an event says so once."""
+        gait = find_gait(name)
+        fitting = self._feet.carried(gait).name
+        if fitting != name and name not in self._unfit:
+            self._unfit.add(name)
+            self._note(
+                self._now,
+                f"the gait {name!r} is {fitting!r} here: legs that reach so little aside cannot "
+                "bring the CoM over the feet that stand",
+            )
+        return fitting
+
     def _begin(self, state: RobotState) -> None:
         """Standing: the weight on all feet, all else at rest."""
-        self.clock = GaitClock("stand" if self._stands else self._gait, state.time)
+        self.clock = GaitClock("stand" if self._stands else self._fitting(self._gait), state.time)
         self._draft = None
         self._reference.reset(state)
         self._fill.ground.begin(state.foot_position[:, :2])

@@ -46,6 +46,8 @@ class MpcWeights(Config):
     """On the squares of inputs that have no effect: forces in swing, rolling of locked wheels."""
     workspace: NonNegative = 2e4
     """On the square of what box, reach and joints are exceeded by, m² and rad²."""
+    support: NonNegative = 2e4
+    """On the square of what `com_margin` is missed by, m²."""
     foothold: NonNegative = 5e3
     """On the square of how far feet on the ground are where they should not be: on edges, m²."""
     terminal: NonNegative = 5.0
@@ -69,6 +71,9 @@ class MpcBounds(Config):
     """Limit of |v̇| of feet in swing, m/s²."""
     steering_rate_max: Positive = 2.0
     """Limit of |σ̇|, rad/s; the robot's own limit holds as well."""
+    com_margin: NonNegative = 0.02
+    """How far inside the feet that stand the CoM is wanted while one of four swings, m: joints give way, and
+    states are not known, by as much in a small robot."""
     workspace: Flag = True
     """Keep the feet within box, reach and joint angles."""
     joint_margin_deg: Annotated[Number, Field(ge=0.0, le=45.0)] = 8.6

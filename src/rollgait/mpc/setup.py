@@ -97,8 +97,7 @@ def make_loop(
         raise UnknownNameError("estimator", estimator, ESTIMATORS)
     find_gait(gait)
     body, loads = find_robot(robot) if isinstance(robot, str) else robot, loads or Loads()
-    for load in loads.payload:
-        body = body.with_load(load)
+    body = body.with_loads(loads)
     if isinstance(plant, str):
         stands = start if isinstance(start, RobotState) else _standing(body, start or Start(), terrain)
         plant = _plant(plant, body, stands, disturbances, terrain, loads.wrench)

@@ -107,7 +107,8 @@ class Clearance(FootConstraint):
 
     def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
         middle = np.zeros(problem.schedule.intervals, dtype=bool)
-        middle[[swing.middle for swing in problem.schedule.swings() if swing.leg == leg]] = True
+        swings = (swing for swing in problem.schedule.swings() if swing.leg == leg)
+        middle[[swing.middle for swing in swings if swing.middle is not None]] = True
         return middle
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:

@@ -44,7 +44,8 @@ class Goal(Cost):
 
 
 class ForceChange(Cost):
-    """L_force = h_ref² Σ‖(f_k − f_{k−1}) / h‖², forces in N, swing force counted as zero, none at k = 0.
+    """L_force = h_ref² Σ‖(f_k − f_{k−1}) / h‖², forces in N, swing force counted as zero; at k = 0
+    none, but where the robot is in motion at the start and its forces are known.
 
     A force is constant in an interval, its value at the middle: it changes within the time h between the
     middles of both, over which the square counts. (Where a contact changes it jumps, on any mesh: the shorter
@@ -66,7 +67,9 @@ class ForceChange(Cost):
             between = np.where(jumps, self.jumps_as_on.between_middles, between)
         # the square is taken over the time between the middles, the integral over the interval alone
         factor = FORCE_INTERVAL_REF / between * np.sqrt(between / mesh.lengths)
-        factor[0] = 0.0
+        motion = problem.scenario.start.motion
+        if motion is None or motion.force is None:
+            factor[0] = 0.0  # nothing is known of a force before
         return {"factor": factor[None, :]}
 
     def residual(self, x: Instant, d: Data) -> ca.SX:

@@ -21,6 +21,7 @@ from rollgait.ocp.costs import Acceleration, Tilt
 from rollgait.ocp.instant import Instant
 from rollgait.ocp.limb import JointSteering, Reach
 from rollgait.ocp.limits import Box, sides
+from rollgait.ocp.support import ComMargin, corners_of
 from rollgait.ocp.term import Constraint, Cost, Data, FootConstraint, Limits, Place, Term
 from rollgait.robot.robot import LEG_NAMES
 
@@ -116,6 +117,19 @@ class KeepOff(Cost):
         return ca.SX(ca.vertcat(*parts))
 
 
+class OverFeet(Cost):
+    """Σ by what the CoM is nearer than a margin to an edge of the three feet that stand, squared."""
+
+    name = "support"
+
+    def data(self, problem: PlanContext) -> Mapping[str, ArrayLike]:
+        corners = corners_of(np.ones((len(LEG_NAMES), 1), dtype=bool))
+        return {"corners": corners, "margin": np.zeros(1), "counts": np.zeros(1)}
+
+    def residual(self, x: Instant, d: Data) -> ca.SX:
+        return ca.SX(d.counts * _hinge(d.margin - ComMargin().expression(x, d)))
+
+
 class Soft(Cost):
     """A constraint as a cost: the square of what its limits are exceeded by, leg by leg.
 
@@ -209,6 +223,7 @@ def standard_costs(workspace: bool, terrain: bool = False) -> list[Cost]:
         RotationReference(),
         FeetInPlane(),
         HeadingReference(),
+        OverFeet(),
         Acceleration(),
     ]
     return [*costs, *(WORKSPACE if workspace else ()), *((KeepOff(),) if terrain else ())]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,17 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.angles import turned
+from rollgait.dynamics.foot import planar_inputs
 from rollgait.dynamics.wrench import wrench_numbers
 from rollgait.errors import InputError, UnknownNameError
 from rollgait.footing.beneath import Beneath, BodyPath, Underside, beneath
 from rollgait.footing.footing import Footing
 from rollgait.ocp import body, boundary, contact, costs, friction, limb, limits, skid, support
-from rollgait.ocp.lift import lift
+from rollgait.ocp.lift import InAir, lift
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
 from rollgait.polynomials import HEIGHT_POINTS, gauss_points
 from rollgait.robot.robot import Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
+from rollgait.scenario.start import Motion
 
 if TYPE_CHECKING:
     from rollgait.footing.on_terrain import OnTerrain
@@ -35,12 +37,21 @@ HORIZON_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class StartState:
-    """x0: (r, θ) and its rate (6 each), contact points (4, 3) and headings (4,), world, SI units."""
+    """x0: (r, θ) and its rate (6 each), contact points (4, 3) and headings (4,), world, SI units.
+
+    Attributes:
+        motion: planar inputs of the feet in the interval before, as `dynamics.foot` has them, (4, 2).
+        force: contact forces in it, (4, 3), N; None if nothing is known of them.
+        lift_rate: vertical velocity of the feet, (4,), m/s.
+    """
 
     base: Array
     base_rate: Array
     p_foot: Array
     heading: Array
+    motion: Array = field(default_factory=lambda: np.zeros((4, 2)))
+    force: Array | None = None
+    lift_rate: Array = field(default_factory=lambda: np.zeros(4))
 
 
 @dataclass(frozen=True)
@@ -132,8 +143,32 @@ class Problem:
         """Vertical speed of the smooth lift at the height points, shape (points, 4, N), m/s."""
         h = self.schedule.lengths[:, None]
         times = self.schedule.node_times[:-1, None] + h * gauss_points(HEIGHT_POINTS)
-        rate = lift(self.schedule, self.scenario.clearance, times.ravel(), self.footing.swings)[1]
+        rate = self.lift_at(times.ravel())[1]
         return np.moveaxis(rate.reshape(*times.shape, 4), 0, -1)
+
+    @property
+    def start_height(self) -> Array:
+        """How high feet are at t = 0 above the ground of their first interval, (4,), m; 0 if they stand."""
+        first = np.zeros(1, dtype=np.intp)
+        height = self.start.p_foot[:, 2] - self.footing.height(first, self.start.p_foot[None, :, :2])[0]
+        return np.where(self._in_air, height, 0.0)
+
+    @cached_property
+    def in_air(self) -> InAir:
+        """How high feet are at t = 0 above the ground that their swings come from, and how fast they rise."""
+        height = self.start_height
+        for swing in self.footing.swings:
+            if swing.lift_off == 0 and swing.over and self._in_air[swing.leg]:
+                height[swing.leg] = self.start.p_foot[swing.leg, 2] - swing.before
+        return InAir(height, np.where(self._in_air, self.start.lift_rate, 0.0))
+
+    @property
+    def _in_air(self) -> NDArray[np.bool_]:
+        return np.array(self.schedule.begun) > 0.0
+
+    def lift_at(self, times: Array) -> tuple[Array, Array]:
+        """Height of the smooth lift above the ground and its rate at times (n,), both (n, 4)."""
+        return lift(self.schedule, self.scenario.clearance, times, self.footing.swings, self.in_air)
 
     @cached_property
     def wrench(self) -> Array | None:
@@ -159,7 +194,10 @@ class Problem:
 
 
 def make_problem(
-    scenario: Scenario, extra: Sequence[Term] = (), schedule: ContactSchedule | None = None
+    scenario: Scenario,
+    extra: Sequence[Term] = (),
+    schedule: ContactSchedule | None = None,
+    motion: Callable[[Array], Samples] | None = None,
 ) -> Problem:
     """The problem of a scenario.
 
@@ -167,6 +205,7 @@ def make_problem(
         scenario: what is asked.
         extra: further terms, the user's.
         schedule: the contacts, on another mesh than the scenario's own.
+        motion: the ways of the feet over ground that is not flat are about those of this motion.
 
     Raises:
         InputError: the scenario contradicts itself, its gait is yet to be found, a name is there twice,
@@ -195,9 +234,11 @@ def make_problem(
         return Problem(scenario, kept, start_state(scenario), schedule, footing)
     from rollgait.footing.on_terrain import find_ways, standing_start  # here: it needs SciPy
 
-    terrain = find_ways(scenario, schedule)
+    terrain = find_ways(scenario, schedule, motion)
     base, p_foot = standing_start(scenario)
     start = StartState(base, np.zeros(6), p_foot, base[3] + scenario.start_headings())
+    if scenario.start.motion is not None:
+        start = start_state(scenario)
     expected = terrain.expected(scenario.body)
     return Problem(scenario, kept, start, schedule, terrain.footing, terrain, expected)
 
@@ -253,7 +294,9 @@ ALL_CONSTRAINTS: tuple[type[Constraint] | type[FootConstraint], ...] = (
 
 
 def start_state(scenario: Scenario) -> StartState:
-    """Standing at rest, level, the feet at their nominal places."""
+    """Standing at rest, level, the feet at their nominal places; or in motion, if the scenario says how."""
+    if scenario.start.motion is not None:
+        return _moving_start(scenario.start.motion, scenario.body)
     yaw = np.radians(scenario.start.yaw_deg)
     r = np.array([scenario.start.x, scenario.start.y, scenario.height])
     return StartState(
@@ -261,4 +304,22 @@ def start_state(scenario: Scenario) -> StartState:
         base_rate=np.zeros(6),
         p_foot=r + turned(scenario.body.stance, yaw),
         heading=yaw + scenario.start_headings(),
+    )
+
+
+def _moving_start(motion: Motion, robot: Robot) -> StartState:
+    """The state of a robot that moves."""
+    heading, velocity = np.array(motion.heading), np.array(motion.foot_velocity)
+    inputs = np.zeros((4, 2))
+    for i, leg in enumerate(robot.leg_list):
+        # how fast a wheel steered nobody asks
+        inputs[i] = planar_inputs(np, leg.foot, velocity[i, :2], heading[i], 0.0, motion.speed[i])
+    return StartState(
+        base=np.array([*motion.com_position, *motion.euler]),
+        base_rate=np.array([*motion.com_velocity, *motion.euler_rate]),
+        p_foot=motion.feet,
+        heading=heading,
+        motion=inputs,
+        force=None if motion.force is None else np.array(motion.force),
+        lift_rate=velocity[:, 2],
     )

@@ -120,14 +120,22 @@ def one_swings(schedule: ContactSchedule) -> Mask:
 
 
 def corners(schedule: ContactSchedule) -> Array:
+    """`corners_of` of a schedule."""
+    return corners_of(schedule.contact)
+
+
+def corners_of(contact: Mask) -> Array:
     """Which foot is at which corner of the support in each interval, (12, N): 1 at 4 · corner + leg, else 0.
 
     Counterclockwise. Where not exactly one foot swings it is the triangle of some three feet.
+
+    Args:
+        contact: which foot stands, (4, N).
     """
-    swinging = np.where(one_swings(schedule), (~schedule.contact).argmax(axis=0), 0)
-    result = np.zeros((schedule.intervals, CORNERS, len(LEG_NAMES)))
+    swinging = np.where(contact.sum(axis=0) == CORNERS, (~contact).argmax(axis=0), 0)
+    result = np.zeros((contact.shape[1], CORNERS, len(LEG_NAMES)))
     for leg in range(len(LEG_NAMES)):
         here = np.flatnonzero(swinging == leg)
         for corner, foot in enumerate(other for other in AROUND if other != leg):
             result[here, corner, foot] = 1.0
-    return result.reshape(schedule.intervals, -1).T
+    return result.reshape(contact.shape[1], -1).T

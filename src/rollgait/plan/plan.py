@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from numbers import Real
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import BaseModel, model_validator
 
 from rollgait.archive import ArchiveFormat
-from rollgait.config import Line
+from rollgait.config import Line, validate
 from rollgait.errors import InputError, UnknownNameError
 from rollgait.npz import Layout
 from rollgait.plan.condensed import CondensedTrajectory  # noqa: F401  (so that its files are known)
@@ -30,6 +31,9 @@ from rollgait.terrain.terrain import MapHeader
 
 if TYPE_CHECKING:
     from rollgait.plan.certificate import Certificate
+    from rollgait.plan.rest import Rest
+    from rollgait.plant.moving import MotionState
+    from rollgait.plant.state import RobotState
 
 FORMAT_VERSION = 2
 """Version of the file format; a file with another one is refused."""
@@ -102,6 +106,7 @@ class Statistics:
         starts: what came of each initial guess that was tried.
         discovery: what came of each gait that was tried, in their order, where the gait was to be found; the
             last one is this plan's.
+        start_changes: what of a measured state was changed to make it the start, in words.
         linear_algebra: what factorised the solver's matrices, e.g. BLASFEO with a product compiled here.
     """
 
@@ -122,6 +127,7 @@ class Statistics:
     linear_algebra: str = ""
     ground_rounds: int = 1
     discovery: tuple[CandidateResult, ...] = ()
+    start_changes: tuple[Line, ...] = ()
 
     @property
     def wall_time(self) -> float:
@@ -223,6 +229,31 @@ class Plan(Shown, Tabular):
         inside = np.arange(math.ceil((self.horizon - 1e-9) * rate)) / rate
         return self.sample(np.append(inside, self.horizon))
 
+    def state_at(self, time: float) -> MotionState:
+        """The robot as it is planned at a time, s: what another plan may begin with.
+
+        Raises `InputError` if the time lies outside the horizon.
+        """
+        from rollgait.plan.rest import state_at
+
+        return state_at(self, time)
+
+    def rest(self, time: float, state: RobotState | None = None, delay: float = 0.0) -> Rest:
+        """What is left of the plan from a time on, for another plan: `rollgait.plan(plan.rest(time))`.
+
+        Args:
+            time: s of the plan.
+            state: where the robot is then; as planned, if not given. Feet that have landed early stand.
+            delay: by how much later the rest goes on, s; all feet stand meanwhile.
+
+        Raises:
+            InputError: nothing of the plan is left, or the state is too far from one with which the rest can
+                begin.
+        """
+        from rollgait.plan.rest import rest_of
+
+        return rest_of(self, time, state, delay)
+
     def certificate(self) -> Certificate:
         """What is measured of the plan by code that shares nothing with the optimiser (computed once)."""
         return self._certificate
@@ -240,6 +271,10 @@ class Plan(Shown, Tabular):
 
         The map of its ground goes with it: whoever reads the plan needs no other file.
         """
+        return _FILE.write(path, *self.parts())
+
+    def parts(self) -> tuple[dict[str, Any], dict[str, Any]]:
+        """What it is made of: a header as plain data, and arrays, as `from_parts` takes them."""
         scenario = self.scenario.model_copy(update={"ground": self.scenario.ground.self_contained()})
         heights = scenario.ground.heights
         header = {
@@ -256,7 +291,7 @@ class Plan(Shown, Tabular):
         if heights is not None:
             header["map"] = heights.place()
             arrays[_HEIGHTS] = heights.values
-        return _FILE.write(path, header, arrays)
+        return header, arrays
 
     @classmethod
     def load(cls, path: str | Path) -> Plan:
@@ -267,16 +302,21 @@ class Plan(Shown, Tabular):
         """
         header, arrays = _FILE.read(path)
         with _FILE.damage_told(path):
-            return cls._from_parts(header, arrays)
+            return cls._from_header(header, arrays)
 
     @classmethod
-    def _from_parts(cls, header: _Header, arrays: dict[str, NDArray[Any]]) -> Plan:
+    def from_parts(cls, header: Mapping[str, Any], arrays: dict[str, NDArray[Any]]) -> Plan:
+        """The inverse of `parts`. Raises `InputError` if they do not fit together."""
+        return cls._from_header(validate(_Header, header), arrays)
+
+    @classmethod
+    def _from_header(cls, header: _Header, arrays: dict[str, NDArray[Any]]) -> Plan:
         """The plan in the parts of a file. Raises `InputError` if they do not fit together."""
         trajectory = Trajectory.registry[header.kind].from_arrays(
             {key.removeprefix(_PREFIX): a for key, a in arrays.items() if key.startswith(_PREFIX)}
         )
         contact = arrays["contact"]
-        schedule = ContactSchedule(contact, Mesh(arrays["lengths"]))
+        schedule = ContactSchedule(contact, Mesh(arrays["lengths"]), header.scenario.schedule.begun)
         if schedule.mesh != trajectory.mesh:
             raise InputError("lengths", schedule.intervals, "intervals must be those of the solution")
         scenario = header.scenario

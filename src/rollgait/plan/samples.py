@@ -64,6 +64,11 @@ def level_contact(foot_position: Array) -> dict[str, Array]:
     return {"contact_position": foot_position, "contact_normal": up}
 
 
+def rate_of(values: Array, time: Array) -> Array:
+    """Difference quotients of values (n, …) over time (n,); 0 of a single one."""
+    return np.asarray(np.gradient(values, time, axis=0) if len(time) > 1 else np.zeros_like(values))
+
+
 SAMPLES_LAYOUT: Final[Layout] = {
     "time": ("f", ("n",)),
     **dict.fromkeys(("com_position", "euler", "com_velocity", "euler_rate"), ("f", ("n", 3))),

@@ -12,9 +12,9 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from rollgait.config import Config, NonNegative, Positive, PositiveVector3, Vector3
+from rollgait.config import Config, NonNegative, Number, Positive, PositiveVector3, Vector3
 
 Array = NDArray[np.float64]
 
@@ -80,6 +80,8 @@ class Loads(Config):
     """What is fixed to the base: one mapping, or a list of them."""
     wrench: tuple[Wrench, ...] = ()
     """Forces and torques on the base: one mapping, or a list of them; they add up."""
+    posture: dict[str, Number] = Field(default_factory=dict)
+    """Angles of joints of no leg, as arms have, by their names in the URDF, rad; needs the whole body."""
 
     @field_validator("payload", "wrench", mode="before")
     @classmethod

@@ -27,7 +27,7 @@ from rollgait.config import (
 )
 from rollgait.errors import InputError
 from rollgait.presented import Shown
-from rollgait.robot.loads import Load, com_offset, steiner
+from rollgait.robot.loads import Load, Loads, com_offset, steiner
 
 LegName = Literal["FL", "FR", "HL", "HR"]
 LEG_NAMES: Final[tuple[LegName, ...]] = ("FL", "FR", "HL", "HR")
@@ -361,6 +361,18 @@ class Robot(Shown, Config):
                 "must leave the CoM over the feet of the nominal stance, below which the robot cannot stand"
             )
             raise InputError("loads.payload", f"{load.mass:g} kg at {list(load.at)} m", rule) from None
+
+    def with_loads(self, loads: Loads) -> Robot:
+        """The same robot with its arms as loads say, and with what it carries then.
+
+        Raises:
+            InputError: as `with_posture` and `with_payload`.
+            MissingExtraError: a posture needs the extra `whole-body`.
+        """
+        robot = self.with_posture(loads.posture) if loads.posture else self
+        for load in loads.payload:
+            robot = robot.with_load(load)
+        return robot
 
     @property
     def bare(self) -> Robot:

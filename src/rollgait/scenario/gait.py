@@ -157,8 +157,10 @@ class Pace(SteppingGait):
 
 def _checked_swings(value: tuple[Swing, ...]) -> tuple[Swing, ...]:
     for begin, end in value:
-        if not 0.0 <= begin < end:
-            raise ValueError(f"must lift off at a time ≥ 0 and before it touches down, not [{begin}, {end}]")
+        if not begin < end:
+            raise ValueError(f"must lift off before it touches down, not [{begin}, {end}]")
+        if end <= 0.0:
+            raise ValueError(f"must touch down after t = 0, not [{begin}, {end}]")
     for (_, end), (begin, _) in pairwise(value):
         if begin < end:
             raise ValueError(
@@ -179,7 +181,7 @@ class Schedule(BaseGait):
     kind: Literal["schedule"] = "schedule"
     """Kind of the gait."""
     FL: Annotated[tuple[Swing, ...], AfterValidator(_checked_swings)] = ()
-    """Swings of the front left foot, [[lift-off, touch-down], …], s."""
+    """Swings of the front left foot, [[lift-off, touch-down], …], s; lift-off < 0: it has begun."""
     FR: Annotated[tuple[Swing, ...], AfterValidator(_checked_swings)] = ()
     """Swings of the front right foot, s."""
     HL: Annotated[tuple[Swing, ...], AfterValidator(_checked_swings)] = ()

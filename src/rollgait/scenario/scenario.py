@@ -20,6 +20,7 @@ from rollgait.presented import Shown
 from rollgait.robot.library import find_robot
 from rollgait.robot.loads import Loads, Wrench
 from rollgait.robot.robot import LEG_NAMES, Robot, turn_lever
+from rollgait.scenario.begun import check_moving_start
 from rollgait.scenario.gait import GAIT_KINDS, GAITS, BaseGait, Discover, Drive, Gait
 from rollgait.scenario.library_maps import heights_of_the_library
 from rollgait.scenario.profile import (
@@ -31,6 +32,7 @@ from rollgait.scenario.profile import (
     ProfileName,
 )
 from rollgait.scenario.schedule import ContactSchedule, put_on_mesh
+from rollgait.scenario.start import Start
 from rollgait.scenario.timing import with_price_in_gait
 from rollgait.scenario.weights import Bounds, Weights
 from rollgait.terrain.ground import Ground
@@ -50,32 +52,6 @@ def _named_or_spelled_out(value: Any) -> str:
 RobotChoice = Annotated[
     Annotated[str, Tag("name")] | Annotated[Robot, Tag("data")], Discriminator(_named_or_spelled_out)
 ]
-
-
-class Headings(Config):
-    """Headings of the wheels relative to the base, degrees."""
-
-    FL: Number = 0.0
-    """Front left, degrees."""
-    FR: Number = 0.0
-    """Front right, degrees."""
-    HL: Number = 0.0
-    """Hind left, degrees."""
-    HR: Number = 0.0
-    """Hind right, degrees."""
-
-
-class Start(Config):
-    """Where the robot stands at t = 0, at rest, level, its feet at their nominal places."""
-
-    x: Number = 0.0
-    """x of the CoM, m."""
-    y: Number = 0.0
-    """y of the CoM, m."""
-    yaw_deg: Number = 0.0
-    """Yaw of the base, degrees."""
-    heading_deg: Headings = Headings()
-    """σ − θz of the wheels, degrees."""
 
 
 class LaterGoal(Config):
@@ -234,8 +210,7 @@ class Scenario(Shown, Config):
     def body(self) -> Robot:
         """The robot's data with what it carries; with point feet where the gait locks the wheels."""
         robot = find_robot(self.robot) if isinstance(self.robot, str) else self.robot
-        for load in self.loads.payload:
-            robot = robot.with_load(load)
+        robot = robot.with_loads(self.loads)
         return robot.with_feet("point") if self.gait.wheels == "locked" else robot
 
     @cached_property
@@ -267,7 +242,7 @@ class Scenario(Shown, Config):
         terrain = self.ground.terrain()
         if terrain.map is None:
             return terrain
-        return terrain.filled_around(_feet(self.start, self.body.stance))
+        return terrain.filled_around(self.start.feet(self.body.stance))
 
     def goal_at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
         """Goal at times (s, shape (n,)): x, y, z of the CoM (m), yaw, pitch, roll (rad); shape (n, 6)."""
@@ -376,7 +351,10 @@ class Scenario(Shown, Config):
         """Raises `InputError` where the scenario contradicts itself or the robot."""
         _ = self.schedule
         self._check_loads()
-        self._check_steering()
+        if self.start.motion is None:
+            self._check_steering()
+        level = self.ground.height if self.ground.kind == "flat" else None
+        check_moving_start(self.start.motion, self.gait, self.gait.kind, self.schedule, level)
         self._check_goal_distance()
         if self.ground.kind != "flat":
             self._check_standing()
@@ -405,6 +383,8 @@ class Scenario(Shown, Config):
     def start_headings(self) -> NDArray[np.float64]:
         """σ − θz at the start, shape (4,), rad (a fixed wheel has its own)."""
         asked = np.radians(list(self.start.heading_deg.model_dump().values()))
+        if self.start.motion is not None:
+            asked = np.array(self.start.motion.heading) - self.start.motion.euler[0]
         return np.array(
             [
                 leg.heading if leg.foot == "fixed" else a
@@ -450,13 +430,19 @@ class Scenario(Shown, Config):
         last = later[-1] if later else self.goal
         name = f"goal.then.{len(later) - 1}" if later else "goal"
         start = (self.start.x, self.start.y, self.start.yaw_deg)
-        require_stance(self.terrain, self.body, start, "start", with_margin=True)
+        if self.start.motion is None:
+            require_stance(self.terrain, self.body, start, "start", with_margin=True)
         require_stance(self.terrain, self.body, (last.x, last.y, last.yaw_deg), name, with_margin=False)
 
     def _check_goal_distance(self) -> None:
         """The CoM gets no further than feet roll at full speed, boxes lean and it turns about a foot."""
         low, high = self.body.foot_boxes(self.bounds.box).swapaxes(0, 1)
         lean = float(np.linalg.norm((high - low)[:, :2], axis=1).max())
+        if self.start.motion is not None:  # its feet may be ahead of it
+            place = np.array([self.start.x, self.start.y])
+            nominal = turned(self.body.stance, math.radians(self.start.yaw_deg))[:, :2] + place
+            ahead = np.linalg.norm(self.start.feet(self.body.stance) - nominal, axis=1)
+            lean += float(ahead.max())
         names = ["goal", *(f"goal.then.{k}" for k in range(len(self.goal.then)))]
         goals: list[Goal | LaterGoal] = [self.goal, *self.goal.then]
         begins = [0.0, *(later.at for later in self.goal.then)]
@@ -484,7 +470,7 @@ class Scenario(Shown, Config):
         if self.gait.kind == "discover" or "box" in self.bounds.without:
             return
         contact, begins = self.schedule.contact, self.schedule.node_times[:-1]
-        at_start = _feet(self.start, self.body.stance)
+        at_start = self.start.feet(self.body.stance)
         yaw = math.radians(goal.yaw_deg)
         c, s = math.cos(yaw), math.sin(yaw)
         offset = (at_start - _feet(goal, self.body.stance)) @ np.array([[c, -s], [s, c]])
@@ -524,7 +510,7 @@ class Scenario(Shown, Config):
         return min(distances)
 
 
-def _feet(pose: Start | Goal | LaterGoal, stance: NDArray[np.float64]) -> NDArray[np.float64]:
+def _feet(pose: Goal | LaterGoal, stance: NDArray[np.float64]) -> NDArray[np.float64]:
     """Nominal places of the feet in the plane at a pose, (4, 2), m."""
     return np.array([pose.x, pose.y]) + turned(stance[:, :2], math.radians(pose.yaw_deg))
 

@@ -15,6 +15,10 @@ from rollgait.scenario.mesh import BORDER, MAX_INTERVALS, Mesh
 
 MIN_SWING_INTERVALS = 2
 """A swing needs a node inside it, where the foot is at its full height."""
+STANDING = (0.0, 0.0, 0.0, 0.0)
+"""No foot has left the ground before t = 0."""
+MIDDLE_AHEAD = 0.1
+"""A foot that is in the air at t = 0 need not get to its full height in less, s."""
 
 
 @dataclass(frozen=True)
@@ -24,13 +28,16 @@ class SwingPhase:
     Attributes:
         leg: which foot swings, 0 … 3.
         lift_off, touch_down: nodes; the foot is in the air in the intervals lift_off … touch_down − 1.
-        middle: the node nearest in time to the middle of the swing, of two the earlier.
+        middle: the node nearest in time to the middle of the swing, of two the earlier; None of a swing that
+            has begun before t = 0 if that is over, or too near.
+        begun: for how long the foot is in the air at t = 0, s.
     """
 
     leg: int
     lift_off: int
     touch_down: int
-    middle: int
+    middle: int | None
+    begun: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +47,7 @@ class ContactSchedule:
     Attributes:
         contact: shape (4, N), bool; legs in the order FL, FR, HL, HR.
         mesh: the N intervals.
+        begun: for how long each foot is in the air at t = 0, s; 0 if it stands, or lifts off just then.
 
     Raises:
         InputError: `contact` has another shape.
@@ -47,6 +55,7 @@ class ContactSchedule:
 
     contact: NDArray[np.bool_]
     mesh: Mesh
+    begun: tuple[float, float, float, float] = STANDING
 
     def __post_init__(self) -> None:
         if self.contact.shape != (wanted := (len(LEG_NAMES), self.mesh.intervals)):
@@ -56,10 +65,11 @@ class ContactSchedule:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, ContactSchedule):
             return NotImplemented
-        return self.mesh == other.mesh and np.array_equal(self.contact, other.contact)
+        same = self.mesh == other.mesh and self.begun == other.begun
+        return same and np.array_equal(self.contact, other.contact)
 
     def __hash__(self) -> int:
-        return hash((self.contact.tobytes(), self.mesh))
+        return hash((self.contact.tobytes(), self.mesh, self.begun))
 
     @property
     def intervals(self) -> int:
@@ -99,13 +109,17 @@ class ContactSchedule:
             padded = np.concatenate([[True], self.contact[leg], [True]]).astype(int)
             edges = np.diff(padded)
             for begin, end in zip(np.flatnonzero(edges == -1), np.flatnonzero(edges == 1), strict=True):
-                yield SwingPhase(leg, int(begin), int(end), self._middle_node(int(begin), int(end)))
+                begun = self.begun[leg] if begin == 0 else 0.0
+                middle = self._middle_node(int(begin), int(end), begun)
+                yield SwingPhase(leg, int(begin), int(end), middle, begun)
 
-    def _middle_node(self, begin: int, end: int) -> int:
+    def _middle_node(self, begin: int, end: int, begun: float) -> int | None:
         times = self.node_times[begin : end + 1]
-        distance = np.abs(times - 0.5 * (times[0] + times[-1]))
+        distance = np.abs(times - 0.5 * (times[0] - begun + times[-1]))
         tie = BORDER * (times[-1] - times[0])  # two nodes as near as each other, but for round-off
-        return begin + int(np.argmax(distance <= distance.min() + tie))
+        middle = begin + int(np.argmax(distance <= distance.min() + tie))
+        too_late = begun > 0.0 and not MIDDLE_AHEAD <= self.node_times[middle] < times[-1]
+        return None if too_late else middle
 
     def refined(self, which: ArrayLike, parts: ArrayLike = 2) -> ContactSchedule:
         """The same schedule with some intervals cut into equal parts, as `Mesh.refined` does."""
@@ -116,7 +130,7 @@ class ContactSchedule:
         return self._on(self.mesh.cut_at(times))
 
     def _on(self, mesh: Mesh) -> ContactSchedule:
-        return ContactSchedule(self.contact[:, self.mesh.interval_at(mesh.middles)], mesh)
+        return ContactSchedule(self.contact[:, self.mesh.interval_at(mesh.middles)], mesh, self.begun)
 
 
 def intervals_of(horizon: float, interval: float) -> int:
@@ -151,19 +165,21 @@ def _put_on_nodes(gait: BaseGait, horizon: float, nodes: NDArray[np.float64]) ->
 
 def _put_on(gait: BaseGait, horizon: float, mesh: Mesh) -> ContactSchedule:
     count, times = mesh.intervals, mesh.times
-    contact = np.ones((len(LEG_NAMES), count), dtype=bool)
+    contact, begun = np.ones((len(LEG_NAMES), count), dtype=bool), [0.0] * len(LEG_NAMES)
     try:
         swings = gait.swings(horizon)
     except ValueError as error:
         raise InputError("gait", gait.model_dump().get("kind"), str(error)) from None
     for leg, name in enumerate(LEG_NAMES):
         for begin, end in swings[name]:
-            first, last = (_nearest(mesh, time) for time in (begin, end))
+            first, last = (_nearest(mesh, time) for time in (max(begin, 0.0), end))
             if end > horizon + 1e-9 or last > count:
                 raise InputError(
                     f"gait.{name}", [begin, end], f"must touch down within the horizon of {horizon} s"
                 )
-            if last - first < MIN_SWING_INTERVALS:
+            if begin < 0.0:
+                begun[leg] = -begin
+            if last - first < (MIN_SWING_INTERVALS if begin >= 0.0 else 1):
                 raise InputError(
                     f"gait.{name}",
                     [begin, end],
@@ -177,7 +193,8 @@ def _put_on(gait: BaseGait, horizon: float, mesh: Mesh) -> ContactSchedule:
             f"t = {times[flying[0]]:.3g} s",
             "has all four feet in the air: at least one must be on the ground",
         )
-    return ContactSchedule(contact, mesh)
+    fl, fr, hl, hr = begun
+    return ContactSchedule(contact, mesh, (fl, fr, hl, hr))
 
 
 def _nearest(mesh: Mesh, time: float) -> int:

@@ -41,7 +41,8 @@ RECTANGLE_TOLERANCE: Final = 1e-9
 
 GROUND: Final = "ground"
 
-_COLOUR: Final = [0.85, 0.87, 0.9, 1.0]
+_COLOUR: Final = [0.66, 0.6, 0.5, 1.0]
+"""Sand, as in other pictures: what lies on the pale squares of the plane is seen to be something else."""
 
 
 def add_plane(spec: Any, height: float, friction: float, visual: bool) -> None:
@@ -55,7 +56,7 @@ def add_plane(spec: Any, height: float, friction: float, visual: bool) -> None:
     """
     _add_plane(spec, GROUND, height, _surface(friction), visual)
     if visual:
-        _add_light(spec)
+        _add_light_and_sky(spec)
 
 
 def add_terrain(spec: Any, terrain: Terrain, about: Array, friction: float, visual: bool) -> None:
@@ -83,7 +84,7 @@ def add_terrain(spec: Any, terrain: Terrain, about: Array, friction: float, visu
         surface = _surface(facet.friction * factor) | {"priority": 1}
         _add_piece(spec, f"{GROUND}_{number}", facet, bottom, surface)
     if visual:
-        _add_light(spec)
+        _add_light_and_sky(spec)
 
 
 def _surface(friction: float) -> dict[str, Any]:
@@ -237,9 +238,18 @@ def _add_plane(spec: Any, name: str, height: float, surface: dict[str, Any], vis
     )
 
 
-def _add_light(spec: Any) -> None:
+def _add_light_and_sky(spec: Any) -> None:
     spec.worldbody.add_light(
         type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL, dir=[0.3, 0.5, -1.0], castshadow=False
+    )
+    spec.add_texture(
+        name="sky",
+        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
+        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
+        rgb1=[0.96, 0.97, 0.99],
+        rgb2=[0.7, 0.79, 0.9],
+        width=64,
+        height=64,
     )
 
 

@@ -76,7 +76,7 @@ def _with_jumps(term: Term, mesh: Mesh) -> Term:
 
 def _lagrangian(method: Method, problem: Problem, lengths: Array, solution: Solution) -> float:
     """Of the same problem with intervals of other lengths, at the variables and multipliers of a solution."""
-    schedule = ContactSchedule(problem.schedule.contact, Mesh(lengths))
+    schedule = ContactSchedule(problem.schedule.contact, Mesh(lengths), problem.schedule.begun)
     nlp = Ready(method, replace(problem, schedule=schedule)).transcribed.nlp
     assert solution.multipliers is not None
     rows, bounds = solution.multipliers

@@ -35,6 +35,7 @@ from rollgait.plan.samples import Samples
 from rollgait.robot.robot import Robot
 from rollgait.transcription.base import Structure
 from rollgait.transcription.code import CodeStore, StageSymbols
+from rollgait.transcription.easing import eased
 from rollgait.transcription.guess import MotionGuess, motion_inputs
 from rollgait.transcription.layout import Layout, StageLayout
 from rollgait.transcription.nlp import Block, Nlp
@@ -98,11 +99,14 @@ def transcribe(problem: Problem, store: CodeStore | None = None) -> Condensed:
     )  # nothing follows that would need the last inputs
     interval = make_stage(IntervalStage(layout), problem, store, {CARRIED: not_last})
     end = make_stage(EndStage(layout), problem, store)
+    initial = start_values(problem, layout)
+    if problem.scenario.start.motion is not None:
+        interval = eased(interval, initial, problem)
     blocks = [
         Block(interval, layout.variables(count), next_state=layout.defined(interval.code.rows)),
         Block(end, layout.last_variables(count), first=count),
     ]
-    return Condensed(problem, Nlp(blocks, layout.total(count), initial=start_values(problem, layout)))
+    return Condensed(problem, Nlp(blocks, layout.total(count), initial=initial))
 
 
 # -- variables -------------------------------------------------------------------------------------------
@@ -371,7 +375,7 @@ def _node_rows(layout: Layouts, s: Samples, problem: Problem) -> Array:
 
 
 def start_values(problem: Problem, layout: Layouts, clock: Sequence[float] = ()) -> Array:
-    """x0 in the order of the first node; nothing came before it."""
+    """x0 in the order of the first node, with the inputs before it: none if the robot stands."""
     start, robot = problem.start, problem.robot
     L = angular_momentum(np, list(start.base[3:]), list(start.base_rate[3:]), list(robot.inertia_matrix))
     return np.concatenate(
@@ -382,9 +386,10 @@ def start_values(problem: Problem, layout: Layouts, clock: Sequence[float] = ())
             start.base_rate[:3],
             start.p_foot[:, :2].ravel(),
             start.heading[list(layout.steerable)],
-            np.zeros(FEET),  # at the start all feet are on the ground, be it fitted or not
+            problem.start_height,  # of a foot on the ground it is zero, be it fitted or not
             clock,
-            np.zeros(layout.node.size - layout.last),
+            np.zeros(3 * FEET) if start.force is None else start.force.ravel() / robot.weight,
+            start.motion.ravel()[list(layout.previous)],
         ]
     )
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rollgait.dynamics.foot import planar_inputs
 from rollgait.footing.pace import driving_time
 from rollgait.footing.stepping import stepping_route
-from rollgait.ocp.lift import lift, minimum_jerk
+from rollgait.ocp.lift import minimum_jerk
 from rollgait.ocp.problem import Problem
 from rollgait.plan.samples import Samples, level_contact
 from rollgait.robot.robot import Robot
@@ -184,7 +184,7 @@ class _Guess:
     ) -> tuple[Array, Array]:
         """Heights of the feet in the world and their rates, each (n, 4)."""
         problem, footing = self.problem, self.problem.footing
-        lifts, lift_rates = lift(problem.schedule, problem.scenario.clearance, times, footing.swings)
+        lifts, lift_rates = problem.lift_at(times)
         z = footing.height(interval, xy) + lifts
         z_rate = footing.climb(interval, xy, rate) + lift_rates
         nodes = problem.schedule.node_times

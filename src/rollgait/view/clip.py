@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rollgait.plan.plan import Plan
 from rollgait.plan.samples import Array, Samples
+from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.simulation.log import SimulationLog
@@ -75,6 +76,7 @@ class Clip:
         plan: the plan, if this is one.
         scenario: what was asked, or is to be; None if the file does not say it.
         trajectory: the joints as they are exported, if known.
+        wrenches: what pulls at the base as it is known, from the first frame on.
     """
 
     name: str
@@ -90,6 +92,7 @@ class Clip:
     plan: Plan | None = None
     scenario: Scenario | None = None
     trajectory: JointTrajectory | None = None
+    wrenches: tuple[Wrench, ...] = ()
 
     @property
     def time(self) -> Array:
@@ -153,6 +156,7 @@ def clip_of_plan(plan: Plan, name: str) -> Clip:
         passed=plan.solved and certificate.passed,
         plan=plan,
         scenario=scenario,
+        wrenches=scenario.wrenches,
     )
 
 
@@ -171,12 +175,13 @@ def clip_of_joints(joints: JointTrajectory, name: str) -> Clip:
         passed=joints.report.passed,
         joints=_joints_at(joints, times),
         trajectory=joints,
+        wrenches=joints.wrenches,
     )
 
 
 def clip_of_log(log: SimulationLog, name: str) -> Clip:
     """A simulation: what the robot did. The feet are those of the whole body."""
-    from rollgait.view.log_samples import euler_of, samples_of_log
+    from rollgait.simulation.log_samples import euler_of, samples_of_log
 
     times = frame_times(float(log.time[-1]))
     index = _nearest(log.time, times)

@@ -14,12 +14,13 @@ import numpy as np
 
 from rollgait.errors import MissingExtraError, RollgaitError
 from rollgait.plan.samples import Array
+from rollgait.robot.link_poses import link_poses, vector
 from rollgait.robot.robot import Robot
 from rollgait.robot.urdf_files import Urdf, read_urdf
+from rollgait.robot.urdf_shapes import origin_of
 from rollgait.robot.whole_body import WholeBody, find_whole_body
 from rollgait.view import shapes
 from rollgait.view.clip import Clip
-from rollgait.view.kinematics import link_poses, origin_of, vector
 from rollgait.view.rotations import wxyz
 
 GRID = 0.014

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from rollgait.mpc.log import MpcLog
-from rollgait.plan.samples import Array, Samples, level_contact
+from rollgait.mpc.log_samples import ground_height, samples_of_mpc
 from rollgait.terrain import Terrain
 from rollgait.view.clip import FRICTION, Clip, Joints, frame_times
 from rollgait.view.marks import MOST, Mark
@@ -23,29 +23,13 @@ def clip_of_mpc(log: MpcLog, name: str) -> Clip:
         joints = Joints(
             log.joint_names, log.base_position[row], log.base_quaternion[row], log.joint_position[row]
         )
-    foot, heading = log.foot_position[row], log.heading[row]
-    samples = Samples(
-        time=times,
-        com_position=log.com_position[row],
-        euler=log.euler[row],
-        com_velocity=log.com_velocity[row],
-        euler_rate=log.euler_rate[row],
-        foot_position=foot,
-        foot_velocity=_rate(foot, times),
-        heading=heading,
-        heading_rate=_rate(heading, times),
-        speed=log.speed[row],
-        force=log.force[row],
-        contact=log.contact[row],
-        **level_contact(foot),
-    )
     report = log.report()
     return Clip(
         name=name,
         kind="mpc",
         robot=log.robot,
-        samples=samples,
-        terrain=Terrain(float(np.median(foot[..., 2].min(axis=1))), FRICTION),
+        samples=samples_of_mpc(log, row, times),
+        terrain=Terrain(ground_height(log), FRICTION),
         goals=(),
         marks=_marks(log),
         verdict=report.verdict,
@@ -61,7 +45,3 @@ def _marks(log: MpcLog) -> tuple[Mark, ...]:
     if log.fallen_at is not None:
         marks.insert(0, Mark(log.fallen_at - begin, "fall", "", "the robot fell", True, math.inf))
     return tuple(marks[:MOST])
-
-
-def _rate(values: Array, times: Array) -> Array:
-    return np.asarray(np.gradient(values, times, axis=0))

@@ -8,11 +8,6 @@ from scipy.spatial.transform import Rotation
 from rollgait.plan.samples import Array
 
 
-def matrix_from_rpy(roll: float, pitch: float, yaw: float) -> Array:
-    """R (3, 3) of the fixed axes x, y, z, as a URDF has it."""
-    return np.asarray(Rotation.from_euler("xyz", [roll, pitch, yaw]).as_matrix())
-
-
 def matrix_from_axis(axis: Array, angle: Array) -> Array:
     """R (n, 3, 3) of turns by angles (n,) about one axis (3,), or each about its own, (n, 3)."""
     length = np.linalg.norm(axis, axis=-1, keepdims=True)

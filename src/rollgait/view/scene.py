@@ -12,6 +12,7 @@ from rollgait.view.layers.discovery import FootholdRegions, GaitsInVain
 from rollgait.view.layers.goal import StartAndGoal
 from rollgait.view.layers.ground import Ground
 from rollgait.view.layers.layer import SOLID, Layer, Look
+from rollgait.view.layers.loads import Loads
 from rollgait.view.layers.paths import Com, Footholds, Paths
 from rollgait.view.layers.robot import Robot
 from rollgait.view.layers.whole_body import WholeBody
@@ -19,6 +20,7 @@ from rollgait.view.layers.whole_body import WholeBody
 LAYERS: Final[tuple[type[Layer], ...]] = (
     Robot,
     WholeBody,
+    Loads,
     Ground,
     StartAndGoal,
     Paths,

@@ -47,6 +47,12 @@ def prism(outline: Array, low: float, high: float) -> Shape:
     return vertices, faces.astype(np.uint32)
 
 
+def box(edges: Array) -> Shape:
+    """A box about its centre, edges (3,) along the axes, m."""
+    x, y, z = 0.5 * np.asarray(edges)
+    return prism(np.array([[-x, -y], [x, -y], [x, y], [-x, y]]), -z, z)
+
+
 def revolved(profile: Array, segments: int = 32) -> Shape:
     """A profile (n, 2) of (radius, z), turned about z."""
     angle = 2.0 * np.pi * np.arange(segments) / segments

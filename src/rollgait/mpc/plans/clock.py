@@ -57,6 +57,8 @@ class FollowedSwing(TimedSwing):
 
     def over(self, times: Array, begin: float, top: float, end: float) -> tuple[Array, Array]:
         """As the plan has it, from and to the ground as it is."""
+        if self.planned.lift_off < 0.0:
+            return self._going_on(times, end)
         own, length = self.planned, self.touch_down - self.lift_off
         passed, stretch = (times - self.lift_off) / length, (own.touch_down - own.lift_off) / length
         edges = np.array([own.lift_off, own.touch_down])
@@ -64,6 +66,17 @@ class FollowedSwing(TimedSwing):
         z, rate = self.path.foot_height(own.leg, own.lift_off + passed * (own.touch_down - own.lift_off))
         begin, end = begin - from_z, end - to_z - SINK_RATE * self.waited
         return z + (1.0 - passed) * begin + passed * end, rate * stretch + (end - begin) / length
+
+    def _going_on(self, times: Array, end: float) -> tuple[Array, Array]:
+        """The same of a swing that had begun before its plan: from where the plan has the foot."""
+        own = self.planned
+        begin = self.lift_off - own.lift_off  # where the plan begins
+        length = self.touch_down - begin
+        passed, stretch = (times - begin) / length, own.touch_down / length
+        (to_z,), _ = self.path.foot_height(own.leg, np.array([own.touch_down]))
+        z, rate = self.path.foot_height(own.leg, passed * own.touch_down)
+        gap = end - to_z - SINK_RATE * self.waited
+        return z + np.clip(passed, 0.0, 1.0) * gap, rate * stretch + gap / length
 
 
 class PlanClock(GaitClock):
@@ -85,6 +98,11 @@ class PlanClock(GaitClock):
         self.held = False
         self.shift = 0.0
         self.lock(path.locked, time)
+        self._done = [self._followed(swing) for swing in path.swings if swing.lift_off < 0.0]
+
+    def _followed(self, swing: PlanSwing) -> FollowedSwing:
+        lift_off, touch_down = self._origin + swing.lift_off, self._origin + swing.touch_down
+        return FollowedSwing(swing.leg, lift_off, touch_down, 0.0, self.path, swing)
 
     @property
     def is_followed(self) -> bool:
@@ -110,11 +128,9 @@ class PlanClock(GaitClock):
             return []
         origin = self._origin
         return [
-            FollowedSwing(
-                swing.leg, origin + swing.lift_off, origin + swing.touch_down, 0.0, self.path, swing
-            )
+            self._followed(swing)
             for swing in self.path.swings
-            if begin < origin + swing.lift_off <= end
+            if begin < origin + swing.lift_off <= end or (swing.lift_off == 0.0 and begin == origin <= end)
         ]
 
     def waiting(self, time: float) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from rollgait.mpc.command import PoseCommand
 from rollgait.mpc.plans.clock import PlanClock
-from rollgait.mpc.plans.joining import check_joins, whole_turns
+from rollgait.mpc.plans.joining import check_continues, check_joins, whole_turns
 from rollgait.mpc.plans.path import PlanPath, Row
 from rollgait.mpc.plans.wanted import Wanted
 from rollgait.mpc.reference import LEASH, Reference, ReferenceMaker
@@ -110,6 +110,20 @@ class PlanFollower:
         self._phase, self._since, self._rate = "joining", time, 0.0
         self._wait(path.at(np.zeros(1)), time)
         return self.clock
+
+    def replace(self, path: PlanPath, state: RobotState, time: float) -> PlanClock:
+        """From `time` on another plan in place of this one, which begins in motion.
+
+        Raises `InputError` if it does not begin as the robot moves at its state then; nothing has changed.
+        """
+        path.turn(whole_turns(path.at(np.zeros(1)), float(state.euler[0])))
+        clock = PlanClock(path, time)
+        check_continues(path, state, self.clock.contact(time), clock.contact(time))
+        clock.shift = self.clock.shift
+        number = self._number + 1
+        self._paths = (*self._paths[:number], path, *self._paths[number:])
+        self._number, self._phase, self._rate, self.clock = number, "going", 1.0, clock
+        return clock
 
     def progress(self, time: float) -> Progress:
         """How far it is at a time."""

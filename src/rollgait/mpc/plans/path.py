@@ -24,7 +24,10 @@ _ROUND_OFF: Final = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class PlanSwing:
-    """A swing of a plan: leg 0 … 3, lift-off and touch-down in s of the plan, where it lands, (3,), m."""
+    """A swing of a plan: leg 0 … 3, lift-off and touch-down in s of the plan, where it lands, (3,), m.
+
+    One that has begun before the plan has a lift-off before 0.
+    """
 
     leg: int
     lift_off: float
@@ -120,7 +123,7 @@ class PlanPath:
         for swing in plan.schedule.swings():
             begin, end = float(times[swing.lift_off]), float(times[swing.touch_down])
             place = self.at(np.array([end])).foot_position[0, swing.leg]
-            result.append(PlanSwing(swing.leg, begin, end, place))
+            result.append(PlanSwing(swing.leg, begin - swing.begun, end, place))
         return result
 
     def turn(self, angle: float) -> None:

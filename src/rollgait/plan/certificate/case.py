@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.contacts import Contacts, contacts_on
 from rollgait.plan.certificate.judged import Judged
 from rollgait.plan.certificate.motion import DenseMotion
@@ -140,6 +141,37 @@ class Case:
         along = np.where(rolls, at.speed, np.where(stands, 0.0, c * vx + s * vy))
         held = (rolls & (self.slip_max == 0.0)) | stands
         return along, np.where(held, 0.0, c * vy - s * vx)
+
+    @cached_property
+    def start_speeds(self) -> tuple[Array, Array]:
+        """Speeds of the feet along and across their headings before t = 0, two arrays (4,), m/s."""
+        motion = self.scenario.start.motion
+        if motion is None:
+            return np.zeros(len(self.legs)), np.zeros(len(self.legs))
+        heading, velocity = np.array(motion.heading), np.array(motion.foot_velocity)
+        c, s = np.cos(heading), np.sin(heading)
+        along, across = c * velocity[:, 0] + s * velocity[:, 1], c * velocity[:, 1] - s * velocity[:, 0]
+        steers = self.feet("steerable")
+        return np.where(steers, np.array(motion.speed), along), np.where(steers, 0.0, across)
+
+    def eased(self, margin: Array, least: float, most: float) -> Array:
+        """Margins (N, K, …) less strictly at first, where a start in motion is beyond its limits.
+
+        By as much as it misses `least` at the start, at most `most`; evenly less until `GRACE` is over.
+        """
+        if self.scenario.start.motion is None:
+            return margin
+        missing = np.clip(np.nan_to_num(least - margin[0, 0]), 0.0, most)
+        share = np.maximum(0.0, 1.0 - self.motion.time / tol.GRACE)
+        return np.asarray(margin + share.reshape(*share.shape, *[1] * (margin.ndim - 2)) * missing)
+
+    def eased_places(self, margin: Array, least: float, most: float) -> Array:
+        """Margins (N, k, 4) of where feet stand: until they leave the places where a motion finds them."""
+        if self.scenario.start.motion is None:
+            return margin
+        missing = np.clip(least - margin[0, 0], 0.0, most)
+        stays = np.logical_and.accumulate(self.motion.stance, axis=0)[:, None, :]
+        return np.asarray(margin + np.where(stays, missing, 0.0))
 
     @property
     def knows_joints(self) -> bool:

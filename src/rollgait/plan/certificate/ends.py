@@ -10,6 +10,8 @@ from rollgait.plan.certificate import tolerances as tol
 from rollgait.plan.certificate.case import Case
 from rollgait.plan.certificate.physics import Array, in_base_frame, in_yaw_frame
 from rollgait.plan.certificate.rows import Row, measured
+from rollgait.plan.samples import Samples
+from rollgait.scenario.start import Motion
 
 
 def check_start(case: Case) -> Iterator[Row]:
@@ -18,6 +20,9 @@ def check_start(case: Case) -> Iterator[Row]:
     It is level, or tilted as the ground asks for.
     """
     begin, scenario = case.plan.sample([0.0]), case.scenario
+    if scenario.start.motion is not None:
+        yield from _check_moving_start(case, begin, scenario.start.motion)
+        return
     yaw = np.radians(scenario.start.yaw_deg)
     height, wanted = case.standing_pose(begin, np.array([yaw]))
     com = np.array([scenario.start.x, scenario.start.y, height[0]])
@@ -80,6 +85,65 @@ def check_start(case: Case) -> Iterator[Row]:
         time,
         where=case.feet("steerable", "fixed"),
         promised=case.has("foot_start"),
+    )
+
+
+def _check_moving_start(case: Case, begin: Samples, motion: Motion) -> Iterator[Row]:
+    """At t = 0 the robot is and moves as the scenario says."""
+    where, feet = case.has("start"), case.has("foot_start")
+    apart = begin.foot_position - motion.feet
+    if case.terrain is not None:  # the height of feet that stand the ground says
+        apart[..., 2] = np.where(begin.contact, 0.0, apart[..., 2])
+    stated = (
+        (
+            "start_position",
+            "CoM at the start",
+            "m",
+            begin.com_position,
+            motion.com_position,
+            tol.START_POSITION,
+        ),
+        ("start_angle", "orientation at the start", "rad", begin.euler, motion.euler, tol.END_ANGLE),
+        (
+            "start_velocity",
+            "CoM velocity at the start",
+            "m/s",
+            begin.com_velocity,
+            motion.com_velocity,
+            tol.END_SPEED,
+        ),
+        (
+            "start_rate",
+            "angular rates at the start",
+            "rad/s",
+            begin.euler_rate,
+            motion.euler_rate,
+            tol.END_RATE,
+        ),
+    )
+    for name, description, unit, is_so, said, limit in stated:
+        away = _norm(is_so - np.array(said))
+        yield from measured(
+            name, f"{description}, from what is said", unit, away, limit, begin.time, promised=where
+        )
+    yield from measured(
+        "start_feet",
+        "feet at the start, from what is said",
+        "m",
+        _norm(apart),
+        tol.START_POSITION,
+        begin.time,
+        promised=feet,
+    )
+    yield from measured(
+        "start_heading",
+        "wheel headings at the start, from what is said",
+        "rad",
+        np.abs(begin.heading - np.array(motion.heading)),
+        tol.END_ANGLE,
+        begin.time,
+        where=case.feet("steerable", "fixed"),
+        promised=feet,
     )
 
 

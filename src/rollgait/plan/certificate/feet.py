@@ -57,10 +57,12 @@ def check_swing(case: Case) -> Iterator[Row]:
     clearance, touch_down = np.full((2, case.schedule.intervals + 1, len(LEG_NAMES)), np.nan)
     foot_z = motion.at.foot_position[..., 2]
     for swing in swings:
-        lowest, highest = _asked_at_the_middle(case, swing)
-        both_sides = np.array([foot_z[swing.middle - 1, -1, swing.leg], foot_z[swing.middle, 0, swing.leg]])
-        missed = np.maximum(lowest - both_sides, both_sides - highest)
-        clearance[swing.middle, swing.leg] = np.maximum(missed, 0.0).max()
+        middle = swing.middle
+        if middle is not None:  # else the foot was past it when the motion began
+            lowest, highest = _asked_at_the_middle(case, swing, middle)
+            both_sides = np.array([foot_z[middle - 1, -1, swing.leg], foot_z[middle, 0, swing.leg]])
+            missed = np.maximum(lowest - both_sides, both_sides - highest)
+            clearance[middle, swing.leg] = np.maximum(missed, 0.0).max()
         touch_down[swing.touch_down, swing.leg] = abs(_sinking(case, swing))
     nodes = case.schedule.node_times
     yield from measured(
@@ -97,7 +99,7 @@ def check_swing(case: Case) -> Iterator[Row]:
     )
 
 
-def _asked_at_the_middle(case: Case, swing: SwingPhase) -> tuple[float, float]:
+def _asked_at_the_middle(case: Case, swing: SwingPhase, middle: int) -> tuple[float, float]:
     """Lowest and highest z that are asked of a foot in mid-swing, m.
 
     On flat ground it is the clearance. Else it is that at least, over the ground right below, or over the
@@ -113,10 +115,12 @@ def _asked_at_the_middle(case: Case, swing: SwingPhase) -> tuple[float, float]:
     rises = np.abs(np.diff(heights))
     steepest = STEEP * terrain.friction_at(path[1:, 0], path[1:, 1])
     top = float(np.nanmax(heights))
-    level = float(terrain.height(*case.motion.at.foot_position[swing.middle, 0, swing.leg, :2]))
+    level = float(terrain.height(*case.motion.at.foot_position[middle, 0, swing.leg, :2]))
     jumps = bool((rises > STEP_MAX + steepest * way).any())
     if jumps or np.isnan(level) or top > max(heights[0], heights[-1]) + tol.STANDS_OUT:
         return top + case.scenario.clearance_over, np.inf
+    if swing.begun > 0.0:  # what it has gone over already nobody sees here
+        z_fly = min(z_fly, case.scenario.clearance_over)
     return level + z_fly, np.inf
 
 

@@ -70,6 +70,7 @@ def check_ground(case: Case) -> Iterator[Row]:
         motion.time,
     )
     distance, known = _footholds(case)
+    distance = case.eased_places(distance, tol.EDGE, tol.BEYOND)
     nodes = motion.time[:, ENDS]
     yield from measured(
         "edge_distance",

@@ -34,7 +34,7 @@ def check_box(case: Case) -> Iterator[Row]:
         "box_margin",
         "distance of feet from the sides of their boxes",
         "m",
-        np.min(np.minimum(high - offset, low + offset), axis=-1),
+        case.eased(np.min(np.minimum(high - offset, low + offset), axis=-1), 0.0, tol.BEYOND),
         -tol.LENGTH_MARGIN,
         case.motion.time,
         at_least=True,
@@ -57,7 +57,7 @@ def check_steering(case: Case) -> Iterator[Row]:
         "steering_margin",
         "heading relative to the base, from the ends of its range",
         "rad",
-        np.minimum(case.steering - low, high - case.steering),
+        case.eased(np.minimum(case.steering - low, high - case.steering), 0.0, tol.BEYOND_ANGLE),
         -tol.ANGLE_MARGIN,
         time,
         where=case.feet("fixed") if by_joints else case.feet("steerable", "fixed"),
@@ -115,12 +115,14 @@ def check_speeds(case: Case) -> Iterator[Row]:
 
 
 def check_accelerations(case: Case) -> Iterator[Row]:
-    """Jumps of the feet's speeds between intervals, over the mean of their lengths; at first the feet stand.
+    """Jumps of the feet's speeds between intervals, over the mean of their lengths; at first from the start.
 
     Of feet that move freely in swing the larger component counts, but not their stop when they land.
     """
     along, across = (speed[:, case.motion.tau.size // 2] for speed in case.planar_speeds)
-    jump_along, jump_across = (np.abs(np.diff(speed, axis=0, prepend=0.0)) for speed in (along, across))
+    before_along, before_across = case.start_speeds
+    jump_along = np.abs(np.diff(along, axis=0, prepend=before_along[None]))
+    jump_across = np.abs(np.diff(across, axis=0, prepend=before_across[None]))
     before = np.concatenate([case.motion.stance[:1], case.motion.stance[:-1]])
     in_stance = case.motion.stance & before
     jump_across = np.where(case.motion.stance & ~(in_stance & (case.slip_max > 0.0)), 0.0, jump_across)
@@ -196,8 +198,17 @@ def check_joints(case: Case) -> Iterator[Row]:
             reaching,
         ),
     ):
+        most = tol.BEYOND if unit == "m" else tol.BEYOND_ANGLE
         yield from measured(
-            name, description, unit, margin, limit, time, where=where, at_least=True, promised=promised
+            name,
+            description,
+            unit,
+            case.eased(margin, 0.0, most),
+            limit,
+            time,
+            where=where,
+            at_least=True,
+            promised=promised,
         )
 
 

@@ -27,13 +27,16 @@ if TYPE_CHECKING:
 def check_loads(case: Case) -> Iterator[Row]:
     """Mass, CoM and inertia of the plan's robot against those of the robot asked for and its loads.
 
-    No row where there is no load, neither asked for nor in the plan's robot.
+    No row where there is no load and no posture of the arms, neither asked for nor in the plan's robot. What
+    other arms change of CoM and inertia is pinocchio's word here, too.
     """
     asked = case.scenario
-    extra = asked.loads.payload
-    if not extra and not case.robot.loads:
+    extra, arms = asked.loads.payload, asked.loads.posture
+    if not (extra or arms or case.robot.loads):
         return
     robot = find_robot(asked.robot) if isinstance(asked.robot, str) else asked.robot
+    if arms:
+        robot = robot.with_posture(arms)
     moments = _moments(robot) + sum((_moments_of(load, robot) for load in extra), start=np.zeros((4, 4)))
     mass, com = moments[3, 3], moments[:3, 3] / moments[3, 3]
     second = moments[:3, :3] - mass * np.outer(com, com)

@@ -40,5 +40,6 @@ def ground_under_feet(schedule: ContactSchedule, motion: DenseMotion) -> Array:
         begin, end = times[swing.lift_off], times[swing.touch_down]
         passed = (motion.time[inside] - begin) / (end - begin)
         z = under[inside, :, swing.leg, 2]
-        under[inside, :, swing.leg, 2] = z[0, 0] + passed * (z[-1, -1] - z[0, 0])
+        begin_z = z[-1, -1] if swing.begun > 0.0 else z[0, 0]  # a foot in the air says nothing of the ground
+        under[inside, :, swing.leg, 2] = begin_z + passed * (z[-1, -1] - begin_z)
     return under

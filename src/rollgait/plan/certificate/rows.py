@@ -118,8 +118,10 @@ def nearness(worst: float, limit: float, at_least: bool) -> float:
     """How near a value is to its limit: 1 is at it, 0 far away, more than 1 beyond it."""
     if not math.isfinite(worst):
         return math.inf
+    if at_least and limit > 0.0:
+        return math.inf if worst <= 0.0 else limit / worst
     if at_least:
-        return math.inf if worst <= 0.0 < limit else max(0.0, limit / worst if worst else 0.0)
+        worst, limit = -worst, -limit
     if limit <= 0.0:
         return math.inf if worst > limit else 0.0
     return max(0.0, worst / limit)

@@ -41,7 +41,7 @@ def check_support(case: Case) -> Iterator[Row]:
             name,
             description,
             "m",
-            margin,
+            margin if asked is None else case.eased(margin, asked, tol.BEYOND),
             None if asked is None else asked - tol.LENGTH_MARGIN,
             motion.time,
             where=alone[:, None, :],

@@ -68,6 +68,12 @@ LOAD_INERTIA = 1e-6
 # -- both ends
 START_POSITION = 1e-4
 """m; a hard equality of the problem."""
+BEYOND = 0.05
+"""m; so far beyond its limits a start in motion may be, as measured robots are."""
+BEYOND_ANGLE = 0.1
+"""rad; likewise."""
+GRACE = 0.5
+"""s; within that time it is back, the limit moving evenly from where the start is."""
 END_POSITION = 1e-3
 """m; of the final stance."""
 END_ANGLE = 1e-3

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rollgait.robot.link_poses import Poses, axis_of, link_poses
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.view import shapes
 from rollgait.view.clip import Clip
 from rollgait.view.driving.messages import Array, Body
-from rollgait.view.kinematics import Poses, axis_of, link_poses
 from rollgait.view.meshes import Part, parts_of, whole_body_of
 from rollgait.view.rotations import matrix_from_axis, matrix_from_quaternion
 

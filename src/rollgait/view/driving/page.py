@@ -73,7 +73,8 @@ class DrivePage:
     def _build(self, setup: Setup, loop: LoopProcess, endpoint: Endpoint) -> None:
         self.snapshot = loop.exchange(Request(VelocityCommand(gait=setup.gait)))
         robot = find_robot(setup.robot)
-        self.panel = Panel(self._server.gui, self.hands, endpoint.pad(), CommandLimits(), setup.gait)
+        limits = CommandLimits()
+        self.panel = Panel(self._server.gui, self.hands, endpoint.pad(), limits, setup.gait, robot.weight)
         add_lights(self._server.scene)
         cast_shadows(self._server.scene, False)
         self.scene = LiveScene(self._server.scene, robot, self.snapshot, setup.terrain)

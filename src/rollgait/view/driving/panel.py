@@ -20,14 +20,14 @@ from rollgait.view.driving.messages import NO_FORCE, PUSHES_MAX, PushRequest, Sn
 from rollgait.view.panels.keys import add_keys
 from rollgait.view.panels.motion import BAD, DIM, GOOD
 
-PUSH_FORCE: Final = 100.0
-"""N"""
+PUSH_OF_WEIGHT: Final = 0.087
+"""Force of a push over the robot's weight: 100 N for CENTAURO, and no robot is thrown over by a click."""
 PUSH_DURATION: Final = 0.2
 """s"""
-PULL_STIFFNESS: Final = 300.0
-"""Force of a pull with the mouse over its way, N/m."""
-PULL_MAX: Final = 150.0
-"""N"""
+PULL_STIFFNESS: Final = 3.0
+"""Force of a pull with the mouse over its way, pushes per m."""
+PULL_MAX: Final = 1.5
+"""Largest, in pushes."""
 SPEED: Final = 0.4
 """Limit of the speed at first, m/s."""
 SPEED_MIN: Final = 0.05
@@ -65,10 +65,14 @@ class Panel:
         pad: the joystick as HTML.
         limits: of commands.
         gait: with which it begins.
+        weight: of the robot, N: the heavier, the stronger it is pushed and pulled.
     """
 
-    def __init__(self, gui: viser.GuiApi, hands: Hands, pad: str, limits: CommandLimits, gait: str) -> None:
+    def __init__(
+        self, gui: viser.GuiApi, hands: Hands, pad: str, limits: CommandLimits, gait: str, weight: float
+    ) -> None:
         self._hands, self._limits = hands, limits
+        self._force = push_force(weight)
         self._lock = threading.Lock()
         self._clicked: list[float | None] = []
         self._pushes: list[PushRequest] = []
@@ -89,7 +93,7 @@ class Panel:
         self.height = gui.add_slider("height (m)", min=-high, max=high, step=0.005, initial_value=0.0)
         self.direction = gui.add_dropdown("push to", tuple(DIRECTIONS), initial_value="random")
         push = gui.add_button(
-            f"Push: {PUSH_FORCE:g} N, {PUSH_DURATION:g} s", icon=viser.Icon.HAND_FINGER, color="gray"
+            f"Push: {self._force:g} N, {PUSH_DURATION:g} s", icon=viser.Icon.HAND_FINGER, color="gray"
         )
         gui.add_markdown("Or click the robot's body to push it, and drag it to pull.")
         reset = gui.add_button("Reset", icon=viser.Icon.REFRESH, color="gray", hint="After a fall or a fault")
@@ -148,7 +152,7 @@ class Panel:
             yaw: of the robot, rad: from it the directions of the button count.
         """
         with self._lock:
-            pushes = [*self._pushes, *(_push(yaw, angle) for angle in self._clicked)]
+            pushes = [*self._pushes, *(_push(self._force, yaw, angle) for angle in self._clicked)]
             reset = self._reset
             self._pushes, self._clicked, self._reset = [], [], False
         return tuple(pushes), reset
@@ -181,13 +185,14 @@ class Panel:
         length = math.hypot(x, y)
         if not 1e-3 < length < math.inf:
             return
-        force = PUSH_FORCE / length
+        force = self._force / length
         with self._lock:
             if self._waiting < PUSHES_MAX:
                 self._pushes.append(PushRequest((force * x, force * y, 0.0), PUSH_DURATION))
 
     def _dragged(self, event: Any) -> None:
-        self.pull = NO_FORCE if event.phase == "end" else pull_of(event.start_position, event.end_position)
+        ended = event.phase == "end"
+        self.pull = NO_FORCE if ended else pull_of(event.start_position, event.end_position, self._force)
 
     # -- pauses and recordings --
 
@@ -232,13 +237,18 @@ def _switched(switch: Callable[[str, bool], None], title: str, event: Any) -> No
     switch(title, bool(event.target.value))
 
 
-def pull_of(begin: Any, end: Any) -> Vector:
-    """The horizontal force of a spring between two points, N; none if they are nowhere."""
-    x, y = (PULL_STIFFNESS * (float(end[axis]) - float(begin[axis])) for axis in (0, 1))
+def push_force(weight: float) -> float:
+    """Force of a push, N, with one digit that counts, for a robot of a weight, N."""
+    return float(f"{PUSH_OF_WEIGHT * weight:.1g}")
+
+
+def pull_of(begin: Any, end: Any, push: float) -> Vector:
+    """The horizontal force of a spring between two points, N, by that of a push; none if they are nowhere."""
+    x, y = (push * PULL_STIFFNESS * (float(end[axis]) - float(begin[axis])) for axis in (0, 1))
     length = math.hypot(x, y)
     if not length < math.inf:
         return NO_FORCE
-    share = min(1.0, PULL_MAX / max(length, 1e-9))
+    share = min(1.0, push * PULL_MAX / max(length, 1e-9))
     return share * x, share * y, 0.0
 
 
@@ -247,9 +257,9 @@ def _within(value: Any, low: float, high: float) -> float:
     return min(high, float(value)) if value >= low else low
 
 
-def _push(yaw: float, degrees: float | None) -> PushRequest:
+def _push(force: float, yaw: float, degrees: float | None) -> PushRequest:
     angle = random.uniform(-math.pi, math.pi) if degrees is None else yaw + math.radians(degrees)
-    return PushRequest((PUSH_FORCE * math.cos(angle), PUSH_FORCE * math.sin(angle), 0.0), PUSH_DURATION)
+    return PushRequest((force * math.cos(angle), force * math.sin(angle), 0.0), PUSH_DURATION)
 
 
 def status_html(snapshot: Snapshot) -> str:

@@ -40,8 +40,8 @@ LOW: Final = 0.06
 ARC_PARTS: Final = 12
 BESIDE: Final = 0.15
 """How far outside of its foot a contact force is drawn, m: within the leg nobody would see it."""
-PUSH_LENGTH: Final = 0.006
-"""Of the arrow of a push, m per N."""
+PUSH_LENGTH: Final = 9.0
+"""Of the arrow of a push as large as the robot's weight, in heights of the robot."""
 PUSH_GAP: Final = 0.35
 """Between the tip of that arrow and the CoM, m: it must not end within the body."""
 PUSH_COLOUR: Final = "#7B1FA2"
@@ -192,12 +192,13 @@ class LiveScene:
     def _add_command(self, snapshot: Snapshot) -> None:
         """What is asked for, and the push."""
         colours = linear([rgb(GOAL_COLOUR), rgb(PUSH_COLOUR)])
+        scale = PUSH_LENGTH * self._robot.height / self._robot.weight
 
         def poses(s: Snapshot) -> Any:
             ahead = np.array([s.command.forward, s.command.lateral, 0.0]) * SECONDS_AHEAD
             place = s.state.com_position
             ends = on_ground(self._terrain, np.stack([place, place + turn_z(s.state.euler[0]) @ ahead]), LOW)
-            push = PUSH_LENGTH * s.pushed
+            push = scale * s.pushed
             length = float(np.linalg.norm(push))
             tail = place - push * (1.0 + PUSH_GAP / max(length, PUSH_GAP))
             return arrow_poses(np.stack([ends[0], tail]), np.stack([ends[1] - ends[0], push]))

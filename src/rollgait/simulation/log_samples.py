@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from rollgait.plan.samples import Array, Samples, level_contact
+from rollgait.plan.samples import Array, Samples, level_contact, rate_of
+from rollgait.robot.link_poses import Poses, link_poses
 from rollgait.robot.urdf_feet import FootShape, measure_foot
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.robot.whole_body import find_whole_body
 from rollgait.simulation.log import SimulationLog
-from rollgait.view.kinematics import Poses, link_poses
 
 CONTACT_FORCE = 1.0
 """A foot that presses with more than this (N) touches the ground."""
@@ -38,27 +38,23 @@ def samples_of_log(log: SimulationLog, index: NDArray[np.intp], times: Array) ->
     com, euler = log.com_position[index], euler_of(log.base_quaternion[index])
     heading = np.unwrap(heading, period=np.pi, axis=0)
     heading -= np.pi * np.round((heading[0] - euler[0, 0]) / np.pi)  # an axle has no front: take the base's
-    velocity = _rate(foot, times)
+    velocity = rate_of(foot, times)
     speed = velocity[..., 0] * np.cos(heading) + velocity[..., 1] * np.sin(heading)
     return Samples(
         time=times,
         com_position=com,
         euler=euler,
-        com_velocity=_rate(com, times),
-        euler_rate=_rate(euler, times),
+        com_velocity=rate_of(com, times),
+        euler_rate=rate_of(euler, times),
         foot_position=foot,
         foot_velocity=velocity,
         heading=heading,
-        heading_rate=_rate(heading, times),
+        heading_rate=rate_of(heading, times),
         speed=speed,
         force=log.force[index],
         contact=log.force[index][..., 2] > CONTACT_FORCE,
         **level_contact(foot),
     )
-
-
-def _rate(values: Array, times: Array) -> Array:
-    return np.asarray(np.gradient(values, times, axis=0))
 
 
 def euler_of(xyzw: Array) -> Array:

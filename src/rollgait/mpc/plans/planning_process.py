@@ -1,0 +1,45 @@
+"""The process that plans in the background: reads tasks from stdin, writes answers to stdout, pickled."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import sys
+import time
+
+from rollgait.errors import RollgaitError
+from rollgait.mpc.plans.worker import Answer, Task
+from rollgait.planner import Planner
+
+
+def main() -> None:
+    """Does tasks until stdin ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the controller, which ends this process
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what a solver prints must not get between the answers
+    planner = Planner()
+    while True:
+        try:
+            task = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        pickle.dump(_done(planner, task), answers)
+        answers.flush()
+
+
+def _done(planner: Planner, task: Task) -> Answer:
+    begin = time.process_time()
+    found, message = None, ""
+    try:
+        found = planner.plan(task.plan.rest(task.time, task.state, task.delay), diagnose=False)
+        failures = found.certificate().failures
+        if failures:
+            found, message = None, f"the new plan is not certified: {failures[0].name}"
+    except RollgaitError as error:
+        message = str(error)
+    return Answer(found, message, time.process_time() - begin)
+
+
+if __name__ == "__main__":
+    main()
