@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import typer
+from pydantic import ValidationError
 from typer.core import TyperGroup
 
-from rollgait.errors import UnknownNameError, nearest_first
+from rollgait.errors import UnknownNameError, nearest_first, shown
+from rollgait.explain import rule_of
 
 
 class Commands(TyperGroup):
@@ -37,9 +39,11 @@ def _sentence(error: typer.TyperException) -> str:
         message = " ".join(error.format_message().split()).rstrip(".")
         return message[:1].lower() + message[1:]
     name = parameter.opts[0] if parameter.param_type_name == "option" else parameter.metavar
-    return (
-        f"{name or parameter.name.upper()}: {' '.join(error.message.split()).rstrip('.') or 'must be given'}"
-    )
+    rule = " ".join(error.message.split()).rstrip(".") or "must be given"
+    if isinstance(cause := error.__cause__, ValidationError):
+        first = cause.errors()[0]
+        rule = f"{shown(first['input'])} {rule_of(first)}"
+    return f"{name or parameter.name.upper()}: {rule}"
 
 
 def _options(context: Any) -> list[str]:
