@@ -54,8 +54,8 @@ class DrivePage:
         self.error: RollgaitError | None = None
         self._written = ""
         self._ends = threading.Event()
-        self._folder = TemporaryDirectory(prefix="rollgait-drive-")
         self._server = start_server(LOOPBACK, port, "rollgait drive")
+        self._folder = TemporaryDirectory(prefix="rollgait-drive-")
         self._endpoint: Endpoint | None = None
         self._loop: LoopProcess | None = None
         self._thread: threading.Thread | None = None
