@@ -157,7 +157,8 @@ class Planner:
             asked, earlier=earlier, progress=progress, effort=USUAL, budget=budget if diagnose else None
         )
         if changes:
-            plan = plan.with_statistics(replace(plan.statistics, start_changes=changes))
+            every = (*changes, *plan.statistics.start_changes)
+            plan = plan.with_statistics(replace(plan.statistics, start_changes=every))
         return plan if found is None else found.told_by(plan)
 
     def plan_within(self, scenario: Scenario, effort: Effort, earlier: Plan | None = None) -> Plan:
@@ -458,6 +459,7 @@ def _as_plan(settled: Settled, attempts: Attempts, method: Method) -> Plan:
         worst=_describe_worst(nlp, problem, solution),
         start=best.start.name,
         starts=tuple(attempt.result() for attempt in attempts.done),
+        start_changes=problem.start_eased,
     )
     return Plan(
         robot=problem.robot,
