@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rollgait.attempts import USUAL, Attempt, Attempts, Effort, Method, Ready
+from rollgait.attempts import OF_REST, USUAL, Attempt, Attempts, Effort, Method, Ready
 from rollgait.diagnosis.budget import SECONDS, Budget, Limits
 from rollgait.diagnosis.entry import Investigation
 from rollgait.errors import InputError, NotSolvedError
@@ -154,7 +154,11 @@ class Planner:
             found = find_timing(asked, self._method, self._terms, watch, seed, progress)
             asked, earlier = found.scenario, found.motion
         plan = planned(
-            asked, earlier=earlier, progress=progress, effort=USUAL, budget=budget if diagnose else None
+            asked,
+            earlier=earlier,
+            progress=progress,
+            effort=OF_REST if isinstance(scenario, Rest) else USUAL,
+            budget=budget if diagnose else None,
         )
         if changes:
             every = (*changes, *plan.statistics.start_changes)

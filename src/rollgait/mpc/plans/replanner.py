@@ -23,7 +23,7 @@ from rollgait.plant.state import RobotState
 AHEAD: Final = 0.5
 """s of the robot's time, which planning may take: a rest of 10 s takes 0.1 to 0.4 s."""
 GIVEN_UP: Final = 2.0 * AHEAD
-"""s of processor time, after which a plan that is not found is given up: nobody waits longer than `AHEAD`, but
+"""s of processor time, after which a plan not found is given up: nobody waits longer than `AHEAD`, but
 what takes little more says by how much."""
 STANDING: Final = 0.5
 """For so long a robot that had to wait stands on before the rest goes on, s: its weight may have to shift."""
