@@ -163,7 +163,7 @@ class Case:
         """
         if self.scenario.start.motion is None:
             return margin
-        missing = np.clip(np.nan_to_num(least - margin[0, 0]), 0.0, most)
+        missing = _missing(margin, least, most)
         share = np.maximum(0.0, 1.0 - (self.motion.time if time is None else time) / tol.GRACE)
         return np.asarray(margin + share.reshape(*share.shape, *[1] * (margin.ndim - 2)) * missing)
 
@@ -171,7 +171,7 @@ class Case:
         """Margins (N, k, 4) of where feet stand: until they leave the places where a motion finds them."""
         if self.scenario.start.motion is None:
             return margin
-        missing = np.clip(least - margin[0, 0], 0.0, most)
+        missing = _missing(margin, least, most)
         stays = np.logical_and.accumulate(self.motion.stance, axis=0)[:, None, :]
         return np.asarray(margin + np.where(stays, missing, 0.0))
 
@@ -185,3 +185,9 @@ class Case:
     def steers_by_joints(self) -> bool:
         """Whether the joints limit the steering of steerable feet, in place of a fixed range."""
         return bool(self.bound("joint_steering")) and self.has("joint_steering") and self.knows_joints
+
+
+def _missing(margin: Array, least: float, most: float) -> Array:
+    """By how much margins (N, k, …) miss what is asked at the start, and rounding more; at most `most`."""
+    missing = np.clip(np.nan_to_num(least - margin[0, 0]), 0.0, most)
+    return np.asarray(np.where(missing > 0.0, missing + tol.BEYOND_ROUNDING, 0.0))
