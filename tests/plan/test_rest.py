@@ -217,6 +217,8 @@ BEFORE_STEP, STEPPING, ON_TOP = 1.05, (1.25, 1.27, 1.36, 1.65), 8.0
 """s of the plan over a kerb: the first foot stands by the riser, swings over it; all stand beyond it."""
 SUNK = 0.03
 """m; so much lower than planned."""
+OVER_DITCH = (2.24, 5.5)
+"""s of the plan over a gap: feet in the air, above it."""
 LIMIT = 0.746
 """m, x of the first foot in front of the riser, where plans have it at the farthest."""
 
@@ -262,3 +264,10 @@ def test_a_body_that_begins_too_low_may_for_the_judge_as_for_the_solver(
     certificate = plan_rest(replace(rest, scenario=asking)).certificate()
     (row,) = [row for row in certificate.rows if row.name == "body_clearance"]
     assert row.verdict == verdict, row
+
+
+def test_a_ditch_below_a_foot_asks_nothing_of_the_base() -> None:
+    plan = PLANNER.plan("gap", diagnose=False)
+    for time in OVER_DITCH:
+        again = plan_rest(plan.rest(time))
+        assert again.certificate().passed, again.certificate().failures

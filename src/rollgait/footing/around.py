@@ -17,6 +17,9 @@ from rollgait.terrain.local_models import models_along
 from rollgait.terrain.references import base_references
 from rollgait.terrain.regions import Regions
 
+LEFT_MAX: Final = 0.4
+"""Ground farther from where a foot lands is none that it has left but a ditch, in heights of the CoM: no
+robot is asked for a higher step."""
 SLOPED: Final = 1.0e-6
 """Steepest slope that is level: rounding."""
 
@@ -134,7 +137,7 @@ class Ways:
             before, after = under[nodes[[0, -1]], s.leg]
             if begun > 0.0:  # what it has left nobody knows any more: what is below it counts
                 below = float(self.regions[s.leg].terrain.height(*paths.xy[0, s.leg]))
-                before = after if np.isnan(below) else below
+                before = below if abs(below - after) <= -LEFT_MAX * self.stance[s.leg, 2] else after
             under[nodes, s.leg] = before + passed * (after - before)
         return base_references(under, self.stance)
 

@@ -111,7 +111,7 @@ class Case:
     def _wanted_tilt(self) -> Array:
         """Angles of a base with this yaw that is tilted as the ground asks for, (N, K, 3), rad."""
         assert self.terrain is not None, "flat ground asks for no tilt"
-        under = ground_under_feet(self.schedule, self.motion, self.terrain)
+        under = ground_under_feet(self.schedule, self.motion, self.terrain, self.robot.height)
         return wanted_pose(under, self.motion.at.euler[..., 0], self.robot.stance)[1]
 
     def standing_pose(self, at: Samples, yaw: Array) -> tuple[Array, Array]:
