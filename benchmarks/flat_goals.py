@@ -20,6 +20,7 @@ import numpy as np
 
 import rollgait as rg
 from reporting import keep, load, machine, table
+from reporting.execution import Execution, executed
 from rollgait.robot.importing import import_robot
 
 HERE = Path(__file__).resolve().parent
@@ -69,6 +70,7 @@ class Outcome:
     iterations: int
     seconds: float
     cpu: float
+    execution: Execution | None = None
 
 
 def cases(robot: str, body: rg.Robot, count: int, seed: int) -> Iterator[Case]:
@@ -80,8 +82,8 @@ def cases(robot: str, body: rg.Robot, count: int, seed: int) -> Iterator[Case]:
         yield Case(number, robot, (x, y, yaw))
 
 
-def attempt(case: Case, body: rg.Robot, planner: rg.Planner) -> Outcome:
-    """Plans to the goal, the gait to be found."""
+def attempt(case: Case, body: rg.Robot, planner: rg.Planner, execute: bool = False) -> Outcome:
+    """Plans to the goal, the gait to be found; then the whole robot carries it out, if asked."""
     x, y, yaw = case.goal
     goal = {"x": x, "y": y, "yaw_deg": yaw}
     asked = rg.Scenario.from_dict(
@@ -98,7 +100,8 @@ def attempt(case: Case, body: rg.Robot, planner: rg.Planner) -> Outcome:
     if not tried:
         return Outcome(case, reason, 0, 0, 0.0, 0, *spent)
     iterations = sum(result.iterations for result in tried)
-    return Outcome(case, reason, len(tried), tried[-1].steps, tried[-1].horizon, iterations, *spent)
+    moved = executed(plan) if execute and plan is not None and not reason else None
+    return Outcome(case, reason, len(tried), tried[-1].steps, tried[-1].horizon, iterations, *spent, moved)
 
 
 def report(results: Sequence[Outcome]) -> str:

@@ -22,6 +22,7 @@ import numpy as np
 
 import rollgait as rg
 from reporting import keep, load, machine, table
+from reporting.execution import executed
 from rollgait.errors import RollgaitError
 
 FIRST = 0.75
@@ -226,15 +227,6 @@ COLUMNS = (
 )
 
 
-def executed(plan: rg.Plan) -> str:
-    """How the whole robot carries it out, with feedback."""
-    report = rg.simulate(rg.track(plan), feedback=True).report()
-    if report.fallen:
-        return f"falls at {report.fallen_at:.1f} s"
-    touched = f", {len(report.unplanned)} unplanned contacts" if report.unplanned else ""
-    return f"{1e3 * report.final_distance:.1f} mm, {np.degrees(report.final_angle):.2f}°{touched}"
-
-
 def results(seeds: range, execute: int = 0) -> Iterator[Result]:
     """One after the other; the first plans are executed; what has come so far is said."""
     planner = rg.Planner()
@@ -260,7 +252,7 @@ def results(seeds: range, execute: int = 0) -> Iterator[Result]:
         steps = found[-1].steps if found else 0
         horizon = plan.horizon if plan else 0.0
         tried = next((k for k, one in enumerate(found, 1) if one.outcome.startswith("certified")), len(found))
-        moved = executed(plan) if plan is not None and seed < seeds[0] + execute else ""
+        moved = str(executed(plan)) if plan is not None and seed < seeds[0] + execute else ""
         result = Result(
             seed, asked.features, plan is not None, steps, tried, horizon, seconds, cpu, words, true, moved
         )

@@ -93,3 +93,20 @@ def test_defaults_fit_the_robot() -> None:
     small = rg.Scenario.from_dict({"robot": type(robot).model_validate(data), "goal": {"x": 1.0}})
     assert small.value_of("bounds", "force_min") == pytest.approx(0.045 * 15.0 * 9.81, rel=1e-3)
     assert small.with_values({"bounds.force_min": 20.0}).value_of("bounds", "force_min") == 20.0
+
+
+@pytest.mark.parametrize("mass", [2.0, 15.0, 60.0])
+def test_changes_of_forces_cost_light_robots_what_they_are_of_their_weight(mass: float) -> None:
+    """So that motions of robots that differ in mass alone are the same, as `test_planner` has it."""
+    robot = find_robot("centauro-2020")
+    data = robot.model_dump(mode="json") | {"mass": mass}
+    data["inertia"] = {axis: value * mass / robot.mass for axis, value in data["inertia"].items()}
+
+    def cost(mass_: float, profile: str) -> float:
+        body = type(robot).model_validate(data | {"mass": mass_})
+        asked = rg.Scenario.from_dict({"robot": body, "goal": {"x": 1.0}, "profile": profile})
+        return float(asked.value_of("weights", "force")) * body.weight**2
+
+    assert cost(mass, "executable") == pytest.approx(cost(0.5 * mass, "executable"))
+    assert cost(mass, "paper") == pytest.approx(4.0 * cost(0.5 * mass, "paper"))
+    assert cost(200.0, "executable") == cost(200.0, "paper")

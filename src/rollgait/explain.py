@@ -18,6 +18,9 @@ _RULES = {
     "model_type": "must be a mapping of keys to values",
     "model_attributes_type": "must be a name or a mapping of keys to values",
     "finite_number": "must be a finite number",
+    "float_parsing": "must be a number",
+    "int_from_float": "must be a whole number",
+    "int_parsing": "must be a whole number",
     "int_type": "must be a whole number",
     "invalid_key": "must be text, as every key",
     "recursion_loop": "must not contain itself",
@@ -60,7 +63,12 @@ def explain(model: type[BaseModel], error: ValidationError, prefix: str = "") ->
             return UnknownNameError(field, value, choices)
     if isinstance(value, float) and not math.isfinite(value):
         return InputError(field, value, _RULES["finite_number"])
-    return InputError(field, value, _RULES.get(kind) or _as_rule(first["msg"]))
+    return InputError(field, value, rule_of(first))
+
+
+def rule_of(error: ErrorDetails) -> str:
+    """The rule that a value breaks, worded to follow it."""
+    return _RULES.get(error["type"]) or _as_rule(error["msg"])
 
 
 def _wanted(errors: list[ErrorDetails], first: ErrorDetails) -> int:

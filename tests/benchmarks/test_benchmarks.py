@@ -29,6 +29,7 @@ PAGE = ROOT / "docs" / "benchmarks.md"
         ("timing", 1),
         ("random_worlds", 1),
         ("flat_goals", 3),
+        ("look_alikes", 1),
         ("dataset", 9),
     ],
     ids=lambda value: str(value),

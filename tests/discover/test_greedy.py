@@ -64,6 +64,14 @@ def swings(scenario: Scenario) -> list[tuple[str, float, float]]:
     return sorted(((name, *s) for name, legs in found.items() for s in legs), key=lambda s: s[1])
 
 
+def test_legs_that_do_not_give_way_sideways_are_named_at_once() -> None:
+    narrow = FIXED.model_copy(update={"box": (0.2, 0.002, 0.12)})
+    with pytest.raises(NotSolvedError, match=r"do not steer .* sideways by 2 mm only"):
+        list(stepping(to(narrow, 0.5, 0.2, 30.0, gait="discover")))
+    (ahead,) = {candidate.values["gait"]["kind"] for candidate in stepping(to(narrow, 0.5, gait="discover"))}
+    assert ahead == "drive"
+
+
 @given(X)
 def test_wheels_that_roll_straight_ahead_never_step(x: float) -> None:
     assert greedy_gait(to(FIXED, x)).gait.kind == "drive"
@@ -191,9 +199,14 @@ def test_mixed_feet_are_certified() -> None:
     assert rg.plan(to(MIXED, 0.4, -0.1, 40.0, gait="discover")).certificate().passed
 
 
+def quick(speed: float) -> dict[str, float]:
+    """Bounds of feet that may be so fast in the air, m/s, and get there within a fifth of a second."""
+    return {"swing_speed_max": speed, "swing_acceleration_max": 5.0 * speed}
+
+
 def in_pairs(body: rg.Robot, x: float, y: float, yaw: float, speed: float) -> list[Scenario]:
     """What is proposed with diagonal pairs where feet may be so fast in the air, m/s."""
-    asked = to(body, x, y, yaw, bounds={"swing_speed_max": speed})
+    asked = to(body, x, y, yaw, bounds=quick(speed))
     return [c.of(asked) for c in stepping(asked) if "diagonal pairs" in c.name]
 
 
@@ -213,7 +226,7 @@ def test_pairs_are_of_feet_across_with_time_between(body: rg.Robot, x: float, y:
 
 
 def test_pairs_come_after_single_feet_and_only_where_feet_are_quick() -> None:
-    asked = to(POINT, 0.8, 0.0, 30.0, bounds={"swing_speed_max": 3.0})
+    asked = to(POINT, 0.8, 0.0, 30.0, bounds=quick(3.0))
     names = [candidate.name for candidate in stepping(asked)]
     first = next(k for k, name in enumerate(names) if "diagonal pairs" in name)
     assert first >= 3
@@ -222,7 +235,7 @@ def test_pairs_come_after_single_feet_and_only_where_feet_are_quick() -> None:
 
 
 def test_pairs_take_less_time_than_single_feet() -> None:
-    asked = to(POINT, 0.8, 0.0, 30.0, bounds={"swing_speed_max": 3.0})
+    asked = to(POINT, 0.8, 0.0, 30.0, bounds=quick(3.0))
     pairs = min(scenario.horizon for scenario in in_pairs(POINT, 0.8, 0.0, 30.0, 3.0))
     assert pairs < 0.75 * greedy_gait(asked).horizon
 
@@ -230,7 +243,7 @@ def test_pairs_take_less_time_than_single_feet() -> None:
 def test_where_there_is_no_time_for_single_feet_pairs_are_certified() -> None:
     pairs = min(in_pairs(POINT, 0.4, 0.0, 30.0, 3.0), key=lambda scenario: scenario.horizon)
     gait = {"kind": "discover", "search": {"seconds": 600.0}}
-    bounds = {"swing_speed_max": 3.0}
+    bounds = quick(3.0)
     plan = rg.plan(to(POINT, 0.4, 0.0, 30.0, gait=gait, bounds=bounds, horizon=pairs.horizon + 0.1))
     assert plan.certificate().passed
     assert all("diagonal pairs" in tried.name for tried in plan.statistics.discovery)

@@ -227,6 +227,21 @@ def test_an_acceleration_is_over_the_time_between_the_middles_of_two_intervals()
         np.testing.assert_array_equal(low, -high)
 
 
+@pytest.mark.parametrize("kind", ["fixed", "point"])
+def test_a_landing_is_a_lift_off_reversed(kind: str) -> None:
+    """What moves freely in swing starts and stops within the same acceleration."""
+    problem = uneven(kind)
+    acceleration = term_of(problem, "acceleration")
+    for leg in range(4):
+        contact = problem.schedule.contact[leg]
+        changes = contact[1:] != contact[:-1]
+        counted = np.asarray(acceleration.data(problem, leg)["sideways"])[0].astype(bool)
+        counted &= acceleration.holds(problem, Place.NODE, leg)
+        np.testing.assert_array_equal(counted[1:], ~contact[1:] | changes)
+        assert contact[0]
+        assert not counted[0]
+
+
 def test_friction_is_narrowed_by_the_turn_in_each_interval() -> None:
     problem = uneven(bounds={"steering_rate_max": 2.0}, ground={"friction": 0.6})
     mu = np.asarray(term_of(problem, "friction").data(problem, 0)["mu"])

@@ -7,7 +7,7 @@ from typing import Any
 import typer
 from typer.core import TyperGroup
 
-from rollgait.errors import UnknownNameError, nearest_first
+from rollgait.errors import UnknownNameError, nearest_first, shown
 
 
 class Commands(TyperGroup):
@@ -37,9 +37,22 @@ def _sentence(error: typer.TyperException) -> str:
         message = " ".join(error.format_message().split()).rstrip(".")
         return message[:1].lower() + message[1:]
     name = parameter.opts[0] if parameter.param_type_name == "option" else parameter.metavar
-    return (
-        f"{name or parameter.name.upper()}: {' '.join(error.message.split()).rstrip('.') or 'must be given'}"
-    )
+    rule = " ".join(error.message.split()).rstrip(".") or "must be given"
+    if error.__cause__ is not None:
+        rule = _broken_rule(error.__cause__) or rule
+    return f"{name or parameter.name.upper()}: {rule}"
+
+
+def _broken_rule(cause: BaseException) -> str | None:
+    """Value and rule, where the parser had pydantic look at a value."""
+    from pydantic import ValidationError  # a help page shall not load it
+
+    from rollgait.explain import rule_of
+
+    if not isinstance(cause, ValidationError):
+        return None
+    first = cause.errors()[0]
+    return f"{shown(first['input'])} {rule_of(first)}"
 
 
 def _options(context: Any) -> list[str]:

@@ -159,7 +159,8 @@ class Acceleration(FootConstraint):
 
     a is `acceleration_max` for a foot that stays on the ground and `swing_acceleration_max` for one that
     swings or has just landed (its wheel is free to spin up in the air). What moves freely in swing has a
-    second component there, which stops when the foot lands; so has a wheel that may slip, while it stays.
+    second component there and until it has stopped on the ground: a foot that is set down while it flies
+    drags the robot along. So has a wheel that may slip, while it stays.
     """
 
     name = "acceleration"
@@ -170,8 +171,8 @@ class Acceleration(FootConstraint):
     unit = "m/s"
 
     def data(self, problem: PlanContext, leg: int) -> Mapping[str, ArrayLike]:
-        in_swing = ~problem.schedule.contact[leg : leg + 1]
-        return {"sideways": in_swing | (self._stays(problem, leg) & (problem.scenario.slip_max(leg) > 0.0))}
+        stays = self._stays(problem, leg)[None, :]
+        return {"sideways": ~stays | (problem.scenario.slip_max(leg) > 0.0)}
 
     def limits(self, problem: PlanContext, leg: int) -> Limits:
         limit = self.largest(problem, leg) * problem.schedule.mesh.between_middles
@@ -186,9 +187,8 @@ class Acceleration(FootConstraint):
         return np.asarray(np.where(stays, stance, swing)[None, :])
 
     def holds(self, problem: PlanContext, place: Place, leg: int) -> Mask:
-        contact = problem.schedule.contact[leg]
-        # a point foot stops when it lands
-        return ~contact if problem.robot.leg_list[leg].foot == "point" else np.ones_like(contact)
+        stays = self._stays(problem, leg)
+        return ~stays if problem.robot.leg_list[leg].foot == "point" else np.ones_like(stays)
 
     def expression(self, x: Instant, foot: Foot, d: Data) -> ca.SX:
         change = foot.motion - foot.previous_motion

@@ -8,12 +8,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from rollgait.errors import FileError
-from rollgait.robot.whole_body import DATA_PREFIX, data_file
+from rollgait.robot.whole_body import DATA_PREFIX, PUBLIC, data_file
 from rollgait.robot.xacro_files import expand, is_xacro
 from rollgait.robot.xml_files import read_xml
-
-PUBLIC: Final = "robot_descriptions"
-"""A package of public robots, each a module that fetches its files when it is imported first."""
 
 MODULES: Final = ("{}", "{}_description", "{}_mj_description")
 """How its modules may be named after a robot: URDFs before MJCF."""

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from rollgait.config import (
     Config,
@@ -150,12 +150,18 @@ class Leg(Config):
         """Whether it stands on a wheel, be it locked, not on a ball or a tip."""
         return self.foot_radius > (BALL_LARGEST if self.foot == "point" else 0.0)
 
+    @field_validator("slip_max")
+    @classmethod
+    def _is_of_a_fixed_wheel(cls, slip_max: float | None, info: ValidationInfo) -> float | None:
+        foot = info.data.get("foot", "fixed")  # what is wrong with the foot is said of the foot
+        if slip_max is not None and foot != "fixed":
+            raise ValueError(f"must not be given, as the foot is {foot}; valid for: fixed")
+        return slip_max
+
     @model_validator(mode="after")
     def _is_complete(self) -> Leg:
         if self.foot != "point" and self.wheel_radius is None:
             raise ValueError(f"must have a wheel_radius, as its foot is {self.foot}")
-        if self.slip_max is not None and self.foot != "fixed":
-            raise ValueError(f"must not have a slip_max, as its foot is {self.foot}: it is for fixed wheels")
         if self.stance[2] >= 0.0:
             raise ValueError("must have its stance below the CoM: stance z < 0")
         return self

@@ -9,6 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterator
 from importlib import resources
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -32,6 +33,9 @@ from rollgait.robot.urdf_check import LENGTH_MAX
 
 EXTRA: Final = "whole-body"
 """The optional extra that brings pinocchio and CENTAURO's model."""
+
+PUBLIC: Final = "robot_descriptions"
+"""A package of public robots, each a module that fetches its files when it is imported first."""
 
 DATA_PREFIX: Final = "example-robot-data:"
 """Begins the path of a file in the installed package example-robot-data."""
@@ -196,7 +200,9 @@ def whole_body_names() -> list[str]:
 def library_whole_body(name: str) -> WholeBody:
     """The whole body of this name in the library. Raises `UnknownNameError`."""
     if name not in whole_body_names():
-        rule = "is neither a file nor a robot with a whole body in the library or in robot_descriptions"
+        rule = f"is neither a file nor a robot with a whole body in the library or in {PUBLIC}"
+        if find_spec(PUBLIC) is None:
+            rule += f" (which is not installed: pip install {PUBLIC})"
         raise UnknownNameError("model", name, whole_body_names(), rule)
     with resources.as_file(_LIBRARY / f"{name}.yaml") as file:
         return load_whole_body(file)

@@ -19,6 +19,9 @@ CLEARANCE_OVER = 0.05
 """The most that it is above something that a foot goes over, m: legs end, and what is gone over is known."""
 FORCE_OF_WEIGHT = 0.045
 """The most that the smallest normal force is, as a part of the weight: 40 N of the lighter CENTAURO's."""
+WEIGHT_LIGHT = 900.0
+"""N. Below it the default weight on changes of forces is larger, as these are less: otherwise hardly anything
+would keep a small robot from turning and tilting by jerks."""
 
 ProfileName = Literal["paper", "executable"]
 

@@ -29,6 +29,7 @@ from rollgait.scenario.profile import (
     CLEARANCE_OVER,
     FORCE_OF_WEIGHT,
     PROFILES,
+    WEIGHT_LIGHT,
     ProfileName,
 )
 from rollgait.scenario.schedule import ContactSchedule, put_on_mesh
@@ -181,6 +182,15 @@ class Scenario(Shown, Config):
 
     def with_values(self, values: Mapping[str, Any]) -> Scenario:
         """A copy with dotted keys set, e.g. `{"goal.x": 1.5, "robot.mass": 90.0}`. Raises `InputError`."""
+        scenario = self.edited(values)
+        scenario.check()
+        return scenario
+
+    def edited(self, values: Mapping[str, Any]) -> Scenario:
+        """`with_values` without the rules that need the robot and its ground, see `check`: a draft.
+
+        Raises `InputError` for a key that there is not, or a value out of its range.
+        """
         data = self.to_dict()
         is_free = _discovers(self.gait) and self.horizon == LONGEST
         if is_free or "horizon" not in self.model_fields_set:
@@ -193,7 +203,7 @@ class Scenario(Shown, Config):
                 data["robot"] = find_robot(data["robot"]).model_dump(mode="json")
             set_key(data, key, value)
         scenario = validate(type(self), data)
-        return scenario._on(scenario.ground.read_like(self.ground))
+        return scenario.model_copy(update={"ground": scenario.ground.read_like(self.ground)})
 
     # -- what follows from it --
 
@@ -265,7 +275,8 @@ class Scenario(Shown, Config):
     def value_of(self, group: str, name: str) -> Any:
         """A weight or bound: the scenario's own value, else the profile's default, else None.
 
-        The default of `force_min` is less for a light robot than for CENTAURO.
+        The default of `force_min` is less for a light robot than for CENTAURO, and that of the cost of
+        changing forces more (executable): both are about forces as parts of the weight.
         """
         own = getattr(getattr(self, group), name)
         if own is not None:
@@ -273,6 +284,8 @@ class Scenario(Shown, Config):
         default = PROFILES[self.profile][group].get(name)
         if name == "force_min" and default is not None:
             return min(default, FORCE_OF_WEIGHT * self.body.weight)
+        if (group, name, self.profile) == ("weights", "force", "executable") and default is not None:
+            return default * max(1.0, WEIGHT_LIGHT / self.body.weight) ** 2
         return default
 
     def resolved(self) -> Scenario:
@@ -298,7 +311,7 @@ class Scenario(Shown, Config):
 
     def to_yaml(self, brief: bool = False) -> str:
         """The scenario as YAML text; `brief` leaves out what is a default anyway."""
-        return dump_yaml(_without_none(self.to_brief_dict() if brief else self.to_dict()))
+        return dump_yaml(without_none(self.to_brief_dict() if brief else self.to_dict()))
 
     def to_brief_dict(self) -> dict[str, Any]:
         """The scenario as plain data without its defaults, a robot of the library by its name."""
@@ -348,6 +361,7 @@ class Scenario(Shown, Config):
         check_moving_start(self.start.motion, self.gait, self.gait.kind, self.schedule, level)
         self._check_goal_distance()
         if self.ground.kind != "flat":
+            self._check_body_clearance()
             self._check_standing()
 
     def speed_max(self, leg: int) -> float:
@@ -412,6 +426,16 @@ class Scenario(Shown, Config):
             put = self.wrenches[k]
             if put.end is not None and put.end <= put.start:
                 raise InputError(f"loads.wrench.{k}.end", wrench.end, "must be an interval of the mesh later")
+
+    def _check_body_clearance(self) -> None:
+        """The trunk has that much room below it where the robot stands on even ground."""
+        asked, belly = self.bounds.body_clearance, self.body.underside.belly
+        if asked is None or not belly:
+            return
+        room = self.body.height + min(box.z for box in belly)
+        if asked >= room:
+            rule = f"must be less than {room:.3g} m: so high is the trunk in the nominal stance"
+            raise InputError("bounds.body_clearance", asked, rule)
 
     def _check_standing(self) -> None:
         """The feet can stand at the start and, which may be missed by a little, at the last goal."""
@@ -531,9 +555,10 @@ def _asked_of_any(gait: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _without_none(data: Any) -> Any:
+def without_none(data: Any) -> Any:
+    """Plain data without the keys that say nothing."""
     if isinstance(data, dict):
-        return {key: _without_none(value) for key, value in data.items() if value is not None}
+        return {key: without_none(value) for key, value in data.items() if value is not None}
     if isinstance(data, list):
-        return [_without_none(value) for value in data]
+        return [without_none(value) for value in data]
     return data

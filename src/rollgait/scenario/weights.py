@@ -35,7 +35,8 @@ class Weights(Config):
     goal: NonNegative | None = by_profile(10.0)
     """On ‖r − r_goal‖² + ‖θ − θ_goal‖²."""
     force: NonNegative | None = by_profile(0.0005)
-    """On h_ref² ‖Δf / h‖² of neighbouring intervals, forces in N, h_ref = 0.1 s."""
+    """On h_ref² ‖Δf / h‖² of neighbouring intervals, forces in N, h_ref = 0.1 s. Of robots lighter than 900 N
+    the default is (900 N / weight)² times that (executable)."""
     feet: NonNegative | None = by_profile(20.0)
     """On Σ‖Rzᵀ(p_i − r) − p̄_i‖²."""
     speed: NonNegative | None = by_profile(1.0)

@@ -117,7 +117,7 @@ def check_speeds(case: Case) -> Iterator[Row]:
 def check_accelerations(case: Case) -> Iterator[Row]:
     """Jumps of the feet's speeds between intervals, over the mean of their lengths; at first from the start.
 
-    Of feet that move freely in swing the larger component counts, but not their stop when they land.
+    Of feet that move freely in swing the larger component counts, and their stop when they land.
     """
     along, across = (speed[:, case.motion.tau.size // 2] for speed in case.planar_speeds)
     before_along, before_across = case.start_speeds
@@ -125,12 +125,12 @@ def check_accelerations(case: Case) -> Iterator[Row]:
     jump_across = np.abs(np.diff(across, axis=0, prepend=before_across[None]))
     before = np.concatenate([case.motion.stance[:1], case.motion.stance[:-1]])
     in_stance = case.motion.stance & before
-    jump_across = np.where(case.motion.stance & ~(in_stance & (case.slip_max > 0.0)), 0.0, jump_across)
+    jump_across = np.where(in_stance & ~(case.slip_max > 0.0), 0.0, jump_across)
     h = case.motion.lengths
     mean_length = np.append(h[:1], 0.5 * (h[1:] + h[:-1]))
     change = np.maximum(jump_along, jump_across) / mean_length[:, None]
     time = case.schedule.node_times[:-1]
-    moves = case.feet("steerable", "fixed") | ~case.motion.stance
+    moves = case.feet("steerable", "fixed") | ~in_stance
     for name, description, bound, where in (
         ("acceleration", "change of speed, in stance", "acceleration_max", in_stance),
         (
