@@ -63,7 +63,7 @@ def compare(urdf: Path, robot: Path, legs: Path) -> Differences:
     data = model.createData()
     q = pin.neutral(model)
     for name, angle in described["joints"].items():
-        q[model.joints[model.getJointId(name)].idx_q] = angle
+        _turn(model, q, model.getJointId(name), angle)
     pin.framesForwardKinematics(model, data, q)
     com = pin.centerOfMass(model, data, q).copy()
     shapes = [_shape(model, urdf, described["legs"][name]) for name in NAMES]
@@ -98,8 +98,9 @@ def _shape(model: Any, urdf: Path, leg: dict[str, Any]) -> Shape:
     centre = frame.placement.act(np.array(leg.get("centre", [0.0, 0.0, 0.0])))
     axle = None
     if "wheel" in leg:
-        joint = model.joints[model.getJointId(leg["wheel_joint"])].shortname()
-        axle = np.eye(3)["XYZ".index(joint.removeprefix("JointModelR").removeprefix("UB")[-1])]
+        axis = ElementTree.parse(urdf).find(f"joint[@name='{leg['wheel_joint']}']/axis")
+        axle = np.array([1.0, 0.0, 0.0]) if axis is None else np.fromstring(axis.get("xyz", ""), sep=" ")
+        axle /= np.linalg.norm(axle)
     geometry = pin.buildGeomFromUrdfString(model, _without_meshes(urdf), pin.GeometryType.COLLISION)
     import coal
 
@@ -125,19 +126,40 @@ def _without_meshes(urdf: Path) -> str:
     return ElementTree.tostring(tree.getroot(), encoding="unicode")
 
 
+def _turn(model: Any, q: Array, joint: int, angle: float) -> None:
+    """Sets the angle of a joint, rad; of one that turns all around its cosine and sine."""
+    place = model.joints[joint].idx_q
+    if model.joints[joint].nq == 1:
+        q[place] = angle
+    else:
+        q[place : place + 2] = np.cos(angle), np.sin(angle)
+
+
+def _angle(model: Any, q: Array, joint: int) -> float:
+    place = model.joints[joint].idx_q
+    return float(q[place] if model.joints[joint].nq == 1 else np.arctan2(q[place + 1], q[place]))
+
+
+def _limits(model: Any, joint: int) -> tuple[float, float]:
+    place = model.joints[joint].idx_q
+    if model.joints[joint].nq > 1:
+        return -2.0 * np.pi, 2.0 * np.pi
+    return float(model.lowerPositionLimit[place]), float(model.upperPositionLimit[place])
+
+
 def _reached(
     model: Any, data: Any, q: Array, leg: dict[str, Any], shape: Shape, radius: float, target: Array
 ) -> tuple[Array, float]:
     """Where the contact point gets nearest to a target, (3,), m, and how near, m."""
     frame = _frame(model, leg)
-    supports = [j for j in model.supports[frame.parentJoint] if j > 1 and model.joints[j].nq == 1]
+    supports = [j for j in model.supports[frame.parentJoint] if j > 1]
     if "wheel" in leg:  # turning it moves no contact point
         supports = [j for j in supports if model.names[j] != leg["wheel_joint"]]
-    columns = [model.joints[j].idx_q for j in supports]
 
     def contact(angles: Array) -> Array:
         now = q.copy()
-        now[columns] = angles
+        for joint, angle in zip(supports, angles, strict=True):
+            _turn(model, now, joint, angle)
         pin.forwardKinematics(model, data, now)
         placement = data.oMi[frame.parentJoint]
         down = np.array([0.0, 0.0, -1.0])
@@ -147,8 +169,8 @@ def _reached(
             down /= np.linalg.norm(down)
         return np.asarray(placement.act(shape.centre) + (shape.radius or radius) * down)
 
-    low, high = model.lowerPositionLimit[columns], model.upperPositionLimit[columns]
-    begin = np.clip(q[columns], low + 1e-6, high - 1e-6)
+    low, high = np.array([_limits(model, joint) for joint in supports]).T
+    begin = np.clip([_angle(model, q, joint) for joint in supports], low + 1e-6, high - 1e-6)
     found = least_squares(
         lambda angles: contact(angles) - target, begin, bounds=(low, high), xtol=1e-12, ftol=1e-14, gtol=1e-14
     )

@@ -8,7 +8,7 @@ far as the wheels stand still, the legs shift the base over the feet sideways.
 Of wheels that do not steer the twist asks only for what is along the heading that all of them share, and for
 turns where they may slip sideways; point feet roll nowhere. The rest is for the legs: those that stand shift
 and turn the base over their feet, those in the air go to where their feet were planned in the world, so that
-steps take back what the base is off.
+steps take back what the base is off. Standing legs also take out the speed with which the base sways.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from rollgait.angles import turned
 from rollgait.simulation.leg_shift import LegShift
+from rollgait.simulation.report import rotation_matrices
 from rollgait.simulation.world import World
 from rollgait.tracking.joints import JointTrajectory
 
@@ -79,6 +80,14 @@ AFTER_STEP: Final = 0.1
 SKID_TURN: Final = 4.0
 """By how much more wheels that may slip sideways are asked to turn the base: half of it they slide."""
 
+SWAY_TIME: Final = 0.06
+"""Shift of the feet per speed with which the base sways beside its plan, s. Legs between base and ground are
+springs with hardly any damping (ζ about 0.08); taking the error of the place back at a gain of more than
+2 ζ ω shakes them up until the robot falls. This adds `SWAY_TIME` ω² to 2 ζ ω; ω is 6 to 10 rad/s."""
+
+SWAY_MAX: Final = 0.02
+"""Largest such shift, m."""
+
 PARALLEL: Final = np.radians(1.0)
 """Up to this angle between their headings wheels roll into one direction, rad."""
 
@@ -121,7 +130,7 @@ class BaseFeedback:
         away = plan.base_position[k, :2] - data.qpos[:2]
         turned_by = wrapped(yaw_of(plan.base_quaternion[k]) - yaw)
         heading, speed = samples.heading[k], samples.speed[k] * (time <= plan.time[-1])
-        stance = samples.contact[k]
+        stance, sway = samples.contact[k], np.zeros((4, 2))
         if self._steers.all():
             rolling = self._roll(k, away, turned_by, stance)
             steering_rate = self._steer(k, away, turned_by, speed)
@@ -140,12 +149,13 @@ class BaseFeedback:
             if self._legs_move_all_ways:
                 self._shift_base(k, across, turned_by, ~self._free[k], gain)
                 self._place_swinging(k, across, turned_by, self._free[k])
+                sway = self._against_sway(k, time, data)
         height = np.zeros((4, 1))
         self._legs.update(
             plan.base_position[k],
             plan.base_quaternion[k],
             plan.joint_position[k],
-            np.hstack([self._shift_in_world(k), height]),
+            np.hstack([self._shift_in_world(k) + sway, height]),
         )
         return self._as_joints(data.xaxis[self._world.joints], heading, rolling, steering_rate)
 
@@ -207,6 +217,18 @@ class BaseFeedback:
         before, after = (np.linalg.norm(shift[stance], axis=1) for shift in (self._shift, self._shift + step))
         if not np.any((after > SHIFT_MAX) & (after > before)):  # all feet, or they would be pulled apart
             self._shift[stance] += step[stance]
+
+    def _against_sway(self, k: int, time: float, data: Any) -> Array:
+        """Shifts of standing feet that take speed out of a swaying base, (4, 2), axes of the world, m."""
+        plan = self._joints
+        R_planned = rotation_matrices(plan.base_quaternion[k : k + 1])[0]
+        R_world_base = rotation_matrices(np.roll(data.qpos[3:7], -1)[None])[0]
+        moving = float(time <= plan.time[-1])
+        linear = moving * R_planned @ plan.base_velocity[k, :3] - data.qvel[:3]
+        angular = moving * R_planned @ plan.base_velocity[k, 3:] - R_world_base @ data.qvel[3:6]
+        step = -SWAY_TIME * (linear[:2] + angular[2] * _left_of(self._lever(k)))
+        stands = plan.reference.contact[k] & ~self._free[k]
+        return np.array([bounded(each, SWAY_MAX) * here for each, here in zip(step, stands, strict=True)])
 
     def _place_swinging(self, k: int, away: Array, turned_by: float, swings: NDArray[np.bool_]) -> None:
         """Leads feet in the air to where they were planned in the world, seen from where the base is."""
