@@ -71,6 +71,9 @@ class Effort:
 
 USUAL = Effort()
 """Of a problem on which all depends."""
+OF_REST = replace(USUAL, warm_iterations=30)
+"""Of what is left of a plan: from its own motion it takes 6 to 25 iterations, or stalls; from the same as a
+start that is trusted less it mostly goes on then."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rollgait.attempts import USUAL, Attempt, Attempts, Effort, Method, Ready
+from rollgait.attempts import OF_REST, USUAL, Attempt, Attempts, Effort, Method, Ready
 from rollgait.diagnosis.budget import SECONDS, Budget, Limits
 from rollgait.diagnosis.entry import Investigation
 from rollgait.errors import InputError, NotSolvedError
@@ -154,10 +154,15 @@ class Planner:
             found = find_timing(asked, self._method, self._terms, watch, seed, progress)
             asked, earlier = found.scenario, found.motion
         plan = planned(
-            asked, earlier=earlier, progress=progress, effort=USUAL, budget=budget if diagnose else None
+            asked,
+            earlier=earlier,
+            progress=progress,
+            effort=OF_REST if isinstance(scenario, Rest) else USUAL,
+            budget=budget if diagnose else None,
         )
         if changes:
-            plan = plan.with_statistics(replace(plan.statistics, start_changes=changes))
+            every = (*changes, *plan.statistics.start_changes)
+            plan = plan.with_statistics(replace(plan.statistics, start_changes=every))
         return plan if found is None else found.told_by(plan)
 
     def plan_within(self, scenario: Scenario, effort: Effort, earlier: Plan | None = None) -> Plan:
@@ -458,6 +463,7 @@ def _as_plan(settled: Settled, attempts: Attempts, method: Method) -> Plan:
         worst=_describe_worst(nlp, problem, solution),
         start=best.start.name,
         starts=tuple(attempt.result() for attempt in attempts.done),
+        start_changes=problem.start_eased,
     )
     return Plan(
         robot=problem.robot,

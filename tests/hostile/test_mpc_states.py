@@ -248,8 +248,21 @@ def test_states_one_second_old_do_not_fell_it(whole: Callable[[Spoilt], ClosedLo
     if begin:
         assert "from what was expected" in texts(loop.mpc)
         assert_rests(loop)
-    elif loop.mpc.clock.gait.name == "stand":  # rolling on all feet it need not be noticed
-        assert "feet do not follow what they are told" in texts(loop.mpc)
+    else:  # for a second it is the first one again and again
+        assert_rests(loop)
+        assert "the state stays the same while the robot is told to go" in texts(loop.mpc)
+
+
+def test_a_source_that_has_stopped_is_believed_until_the_robot_should_have_moved(mpc: Mpc) -> None:
+    plant = RigidPlant(mpc.robot)
+    first = plant.state
+    for step in range(100):
+        mpc.step(first.at(0.01 * step), STANDING)
+    assert not mpc.events  # who rests may say so for ever
+    for step in range(100, 150):
+        mpc.step(first.at(0.01 * step), MOVING)
+    assert "the state stays the same while the robot is told to go" in mpc.events[0].text
+    assert "stands" in mpc.events[-1].text
 
 
 @pytest.mark.slow

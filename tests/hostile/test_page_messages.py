@@ -41,7 +41,7 @@ MEANT_MIN = 50
 """Of a thousand messages at least so many must be let through, or the test says nothing."""
 QUIET = 0.5
 """So long (s) nothing new must begin: viser hears a message in a task of its own, later than it came."""
-LONG_TASKS = {"Plan", "Find the whole body"}
+LONG_TASKS = {"Plan", "Find the whole body", "Export"}
 """Buttons that begin what takes minutes."""
 
 numbers = (
@@ -336,11 +336,11 @@ def test_a_refused_message_leaves_one_line(shown: Viewer, caplog: pytest.LogCapt
 def test_the_viewer_opens_no_file_that_is_not_of_the_library(shown: Viewer, tmp_path: Any) -> None:
     secret = tmp_path / "secret.yaml"
     secret.write_text("robot: centauro\ngoal: {x: 0.777}\n")
-    before = shown.panel.scenario()
+    before = shown.designer.draft.scenario
     for name in (str(secret), str(tmp_path / "missing.yaml"), "no-such"):
-        shown.panel.pick(name)
-        assert shown.panel.scenario() == before
-        assert "scenario" in shown.panel.message.content
+        shown.designer.pick(name)
+        assert shown.designer.draft.scenario == before
+        assert "scenario" in shown.designer.panel.message.content
 
 
 @pytest.mark.parametrize(

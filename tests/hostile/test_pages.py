@@ -241,7 +241,7 @@ def test_a_file_that_unpacks_to_much_is_refused_before_it_does(shown: Viewer) ->
     with socket_from(shown.server.get_port(), shown.url) as page:
         for message in (camera(), start_of(shown, len(content), 1), part_of(0, content)):
             page.send(msgspec.msgpack.encode(message))
-        until(lambda: "unpacks" in shown._note.content)
+        until(lambda: "unpacks" in shown._files._note.content)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 32 * 2**20

@@ -205,3 +205,67 @@ def test_a_swing_that_has_begun_needs_a_start_in_motion() -> None:
         InputError, match=r"gait.HR: .* lifts off before t = 0, which needs a start in motion"
     ):
         PLANNER.plan(scenario)
+
+
+@pytest.fixture(scope="module")
+def climbing() -> rg.Plan:
+    """A way over a kerb of which the first foot is on top at the end of its swing."""
+    return PLANNER.plan("kerb", diagnose=False)
+
+
+BEFORE_STEP, STEPPING, ON_TOP = 1.05, (1.25, 1.27, 1.36, 1.65), 8.0
+"""s of the plan over a kerb: the first foot stands by the riser, swings over it; all stand beyond it."""
+OVER_DITCH = (2.24, 5.5)
+"""s of the plan over a gap: feet in the air, above it."""
+LIMIT = 0.746
+"""m, x of the first foot in front of the riser, where plans have it at the farthest."""
+
+
+@pytest.mark.parametrize("time", STEPPING)
+def test_in_a_swing_over_a_riser_the_rest_is_as_near_as_the_plan(climbing: rg.Plan, time: float) -> None:
+    plan = plan_rest(climbing.rest(time))
+    assert plan.certificate().passed, plan.certificate().failures
+    assert plan.statistics.start == "warm start"
+
+
+@pytest.mark.parametrize("nearer", [0.004, 0.012, 0.025])
+def test_a_foot_too_near_to_an_edge_stands_there_until_it_leaves(climbing: rg.Plan, nearer: float) -> None:
+    state = climbing.state_at(BEFORE_STEP)
+    place = state.foot_position.copy()
+    place[0, 0] = LIMIT + nearer
+    plan = plan_rest(climbing.rest(BEFORE_STEP, replace(state, foot_position=place)))
+    assert plan.certificate().passed, plan.certificate().failures
+    (change,) = plan.statistics.start_changes
+    assert change == f"FL stands {nearer:.3g} m nearer to an edge than it may, until it leaves"
+    standing = plan.sample(np.linspace(0.0, 0.05, 5)).foot_position[:, 0, 0]
+    assert standing.max() <= LIMIT + nearer + 1e-6
+
+
+def test_a_foot_on_an_edge_is_no_start(climbing: rg.Plan) -> None:
+    state = climbing.state_at(BEFORE_STEP)
+    place = state.foot_position.copy()
+    place[0, 0] = LIMIT + 0.06
+    with pytest.raises((InputError, NotSolvedError), match=r"FL"):
+        plan_rest(climbing.rest(BEFORE_STEP, replace(state, foot_position=place)))
+
+
+@pytest.mark.parametrize(("sunk", "verdict"), [(0.03, "pass"), (0.09, "fail")])
+def test_a_body_that_begins_too_low_may_for_the_judge_as_for_the_solver(
+    climbing: rg.Plan, sunk: float, verdict: str
+) -> None:
+    state = climbing.state_at(ON_TOP)
+    low = replace(state, com_position=state.com_position - np.array([0.0, 0.0, sunk]))
+    rest = climbing.rest(ON_TOP, low)
+    lowest = min(box.z for box in climbing.robot.underside.belly)
+    asked = climbing.robot.height + lowest - 0.01
+    asking = rest.scenario.with_values({"bounds.body_clearance": float(asked)})
+    certificate = plan_rest(replace(rest, scenario=asking)).certificate()
+    (row,) = [row for row in certificate.rows if row.name == "body_clearance"]
+    assert row.verdict == verdict, row
+
+
+def test_a_ditch_below_a_foot_asks_nothing_of_the_base() -> None:
+    plan = PLANNER.plan("gap", diagnose=False)
+    for time in OVER_DITCH:
+        again = plan_rest(plan.rest(time))
+        assert again.certificate().passed, again.certificate().failures

@@ -9,7 +9,7 @@ from pathlib import Path
 from packaging.requirements import Requirement
 
 NOTICE = Path(__file__).parents[2] / "NOTICE"
-EXTRAS = {"whole-body", "video", "cluster", "view", "mcap"}
+EXTRAS = {"whole-body", "video", "cluster", "view", "mcap", "ros", "foxglove"}
 """Those of users."""
 MORE = re.compile(r"GPL|General Public|MPL|Mozilla|EPL|Eclipse|CeCILL|SSPL|any-OSI|Non-?Commercial", re.I)
 """In the name of a licence."""

@@ -15,6 +15,7 @@ from rollgait.robot.link_poses import link_poses
 from rollgait.robot.urdf_files import read_urdf
 from rollgait.scenario import find_scenario
 from rollgait.view.clip import clip_of_joints, clip_of_log, clip_of_plan, frame_times
+from rollgait.view.design.files import scenario_from_page
 from rollgait.view.margins import friction_use, support_margin
 from rollgait.view.marks import MOST
 from rollgait.view.meshes import simplified
@@ -22,7 +23,7 @@ from rollgait.view.opening import open_clip
 from rollgait.view.paths import TOLERANCE, segments_of
 from rollgait.view.plots import cursor, draw, plots_of
 from rollgait.view.shapes import ball, cylinder, prism, revolved, rim, tyre
-from rollgait.view.standing_clip import clip_of_scenario, scenario_from_page
+from rollgait.view.standing_clip import clip_of_scenario
 from tests.view.builders import motion_plan
 
 PLAN = motion_plan(find_scenario("hybrid-forward"))

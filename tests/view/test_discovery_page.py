@@ -77,21 +77,21 @@ def test_the_record_of_what_was_tried_says_where_feet_land(kerb: Plan) -> None:
 def test_who_lets_the_goal_go_sees_how_to_get_there(sheet: Any, viewer: Viewer) -> None:
     sheet.goto(viewer.url)
     sheet.get_by_text("normal force").wait_for()
-    sheet.get_by_role("tab", name="Plan").click()
-    viewer.panel.picker.value = "kerb-discover"
-    viewer.panel.pick("kerb-discover")
-    assert viewer.panel.gait.value == "discover"
-    viewer.panel.goal.value = (2.2, 0.0, 0.0)
+    sheet.get_by_role("tab", name="Design").click()
+    viewer.designer.pick("kerb-discover")
+    panel = viewer.designer.panel
+    assert panel.gait.gait.value == "discover"
+    assert panel.places.goal.value == (2.2, 0.0, 0.0)
     x, y = centre(near(settled(sheet), GIZMO_X, 0.25))
     sheet.mouse.move(x, y)
     sheet.mouse.down()
     sheet.mouse.move(x - 20, y - 6, steps=6)
     sheet.mouse.move(x - 40, y - 12, steps=6)
     sheet.mouse.up()
-    wait_until(lambda: viewer.clip.name == "planned here", 180.0)
+    wait_until(lambda: viewer.clip.name == "my kerb-discover, planned", 180.0)
     sheet.get_by_text("4 steps found").wait_for()
     assert viewer.clip.plan is not None
     assert viewer.clip.plan.scenario.gait.kind == "schedule"
-    assert viewer.panel.gait.value == "discover"  # the next goal has a gait of its own, too
-    assert viewer.clip.samples.com_position[-1, 0] == pytest.approx(viewer.panel.goal.value[0], abs=0.05)
+    assert panel.gait.gait.value == "discover"  # the next goal has a gait of its own, too
+    assert viewer.clip.samples.com_position[-1, 0] == pytest.approx(panel.places.goal.value[0], abs=0.05)
     viewer.timeline.pause()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,12 +16,20 @@ from tests.view.browser import centre, near, needs_chromium, picture, wait_until
 pytest.importorskip("mujoco", reason="needs the extra whole-body")
 pytest.importorskip("pinocchio", reason="needs the extra whole-body")
 
+from rollgait.mpc.gaits import GAITS  # isort: skip
+from rollgait.mpc.log import MpcLog  # isort: skip
 from rollgait.view.driving.page import DrivePage  # isort: skip
 from rollgait.view.driving.process import Setup  # isort: skip
+from rollgait.view.opening import open_clip  # isort: skip
 from rollgait.view.style import LEG_COLOURS  # isort: skip
 
 pytestmark = [pytest.mark.slow, needs_chromium]
 
+GAMEPAD = """navigator.getGamepads = () => {
+    const { axes, pressed } = window;
+    return axes ? [{ connected: true, axes, buttons: [{}, { pressed }] }] : [];
+}"""
+"""A browser in a test has no gamepad: this one is moved by the test."""
 HELD = 2000
 """How long a key is held, ms."""
 DRIVEN = 0.8
@@ -38,6 +47,7 @@ def drive() -> Iterator[DrivePage]:
 
 @pytest.fixture(scope="module")
 def page(drive: DrivePage, sheet: Any) -> Any:
+    sheet.add_init_script(GAMEPAD)
     sheet.goto(drive.url)
     sheet.get_by_text("real time").wait_for()
     joystick(sheet).get_by_text("connected", exact=True).wait_for()
@@ -159,6 +169,53 @@ def test_the_push_button_and_a_click_on_the_body_push(page: Any, drive: DrivePag
     assert z == 0.0
     wait_until(lambda: not drive.snapshot.pushed.any())
     assert drive.snapshot.mode == "tracking"
+
+
+def test_a_gamepad_drives_and_stops(page: Any, drive: DrivePage) -> None:
+    page.evaluate("window.axes = [0.05, -1, 0, 0]; window.pressed = false")
+    wait_until(lambda: drive.hands.wish.forward == 1.0)
+    joystick(page).get_by_text("connected, gamepad").wait_for()
+    page.evaluate("window.axes = [0, 0, -1, 0]")
+    wait_until(lambda: drive.hands.wish.turn == 1.0 and drive.hands.wish.forward == 0.0)
+    page.evaluate("window.pressed = true")
+    wait_until(lambda: drive.hands.wish.rests)
+    page.wait_for_timeout(300)
+    assert drive.hands.wish.rests  # though the stick is still held
+    page.evaluate("window.axes = null")
+    joystick(page).get_by_text("connected", exact=True).wait_for()
+    comes_to_rest(drive)
+
+
+def test_a_run_is_paused_recorded_and_saved(page: Any, drive: DrivePage, tmp_path: Path) -> None:
+    page.get_by_role("button", name="Record", exact=True).click()
+    page.get_by_text("● ").wait_for()
+    page.keyboard.press("p")
+    wait_until(lambda: drive.snapshot.mode == "paused")
+    still = drive.snapshot.state.time
+    page.wait_for_timeout(500)
+    assert drive.snapshot.state.time == still
+    page.get_by_role("button", name="Go on").click()
+    wait_until(lambda: drive.snapshot.state.time > still + 0.3)
+    with page.expect_download() as download:
+        page.get_by_role("button", name="Stop recording and save").click()
+    saved = tmp_path / "drive.npz"
+    download.value.save_as(saved)
+    log = MpcLog.load(saved)
+    assert log.time[0] == 0.0
+    assert np.diff(log.time).max() < 2.0 * log.period  # the pause is no part of it
+    clip = open_clip(saved)
+    assert clip.joints is not None
+    assert clip.horizon == pytest.approx(log.time[-1])
+
+
+def test_numbers_choose_gaits_and_keys_are_told(page: Any, drive: DrivePage) -> None:
+    page.get_by_text("keys and mouse").click()
+    page.get_by_text("record, stop and save").wait_for()
+    for number, gait in enumerate(GAITS, start=1):
+        page.keyboard.press(str(number))
+        wait_until(lambda gait=gait: drive.panel.gait == gait)
+    page.get_by_role("button", name="drive", exact=True).click()
+    wait_until(lambda: drive.snapshot.gait == "drive")
 
 
 def test_a_page_that_is_gone_holds_nothing(page: Any, drive: DrivePage) -> None:

@@ -2,11 +2,13 @@
 
 import pickle
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rollgait.mpc.command import VelocityCommand
+from rollgait.mpc.log import MpcLog
 from rollgait.mpc.plants.rigid import RigidPlant
 from rollgait.mpc.setup import make_loop
 from rollgait.robot.library import find_robot
@@ -127,3 +129,56 @@ def test_requests_and_snapshots_travel_between_processes(session: Session) -> No
     again: Snapshot = pickle.loads(pickle.dumps(snapshot))
     assert np.array_equal(again.com_path, snapshot.com_path)
     assert again.command == snapshot.command
+
+
+def test_in_a_pause_time_stands_still_and_goes_on_afterwards(session: Session) -> None:
+    session.handle(FORWARD)
+    before = after(session, 50)
+    session.handle(replace(FORWARD, paused=True))
+    paused = after(session, 20)
+    assert paused.mode == "paused"
+    assert paused.state.time == before.state.time
+    session.handle(FORWARD)
+    on = after(session, 50)
+    assert on.mode == "tracking"
+    assert on.state.time == pytest.approx(before.state.time + 50 * session.period)
+    assert on.actual[0] == pytest.approx(0.3, abs=0.05)
+
+
+def test_a_recording_is_the_log_of_what_was_driven(session: Session, tmp_path: Path) -> None:
+    file = tmp_path / "drive.npz"
+    after(session, 30)
+    recorded = replace(FORWARD, record=str(file))
+    session.handle(recorded)
+    begin = session.snapshot().state
+    running = after(session, 60)
+    assert running.recorded == pytest.approx(60 * session.period)
+    assert running.written == ""
+    session.handle(replace(recorded, paused=True))
+    assert after(session, 10).recorded == running.recorded  # a pause is no part of it
+    session.handle(FORWARD)
+    done = session.snapshot()
+    assert done.written == str(file)
+    assert done.recorded == 0.0
+    log = MpcLog.load(file)
+    np.testing.assert_allclose(log.time, session.period * np.arange(60), atol=1e-9)
+    np.testing.assert_array_equal(log.com_position[0], begin.com_position)
+    assert log.wanted[-1, 0] == pytest.approx(0.3, abs=0.01)
+    assert log.fallen_at is None
+    session.handle(recorded)  # the same file again: it was recorded
+    after(session, 5)
+    assert session.snapshot().recorded == 0.0
+
+
+def test_a_recording_ends_where_the_robot_falls(clock: Clock, tmp_path: Path) -> None:
+    robot = find_robot("centauro")
+    session = Session(lambda: make_loop(robot, RigidPlant(robot)), clock)
+    push = (PushRequest((0.0, 20_000.0, 0.0), 0.5),)
+    session.handle(replace(STILL, pushes=push, record=str(tmp_path / "fall.npz")))
+    for _ in range(300):
+        session.step()
+        if session.loop.plant.fallen:
+            break
+    assert session.snapshot().written
+    log = MpcLog.load(tmp_path / "fall.npz")
+    assert log.fallen_at == pytest.approx(log.time[-1] + session.period)

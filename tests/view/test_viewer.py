@@ -115,7 +115,7 @@ def test_a_layer_can_be_switched_off(page: Any, viewer: Viewer) -> None:
 
 def test_drag_the_goal_plan_and_see_the_new_path(page: Any, viewer: Viewer, tmp_path: Path) -> None:
     scrub(page, viewer, 0.0)
-    page.get_by_role("tab", name="Plan").click()
+    page.get_by_role("tab", name="Design").click()
     before = settled(page)
     x, y = centre(near(before, GIZMO_X, 0.25))
     page.mouse.move(x, y)
@@ -123,11 +123,12 @@ def test_drag_the_goal_plan_and_see_the_new_path(page: Any, viewer: Viewer, tmp_
     page.mouse.move(x + 30, y + 8, steps=6)
     page.mouse.move(x + 60, y + 16, steps=6)
     page.mouse.up()
-    wait_until(lambda: viewer.panel.goal.value[0] > 0.65)
-    wanted = viewer.panel.goal.value[0]
-    assert viewer.panel.goal.value[1] == pytest.approx(0.0, abs=0.02)  # the arrow moves along x only
+    wait_until(lambda: viewer.designer.draft.scenario.goal.x > 0.65)
+    wanted = viewer.designer.draft.scenario.goal.x
+    assert viewer.designer.panel.places.goal.value[0] == wanted
+    assert viewer.designer.draft.scenario.goal.y == pytest.approx(0.0, abs=0.02)  # along x only
     page.get_by_role("button", name="Plan", exact=True).click()
-    wait_until(lambda: viewer.clip.name == "planned here", 180.0)
+    wait_until(lambda: viewer.clip.name == "by hand, planned", 180.0)
     page.get_by_text("solved in").wait_for()
     assert viewer.clip.plan is not None
     assert viewer.clip.plan.scenario.goal.x == pytest.approx(wanted)
@@ -135,6 +136,7 @@ def test_drag_the_goal_plan_and_see_the_new_path(page: Any, viewer: Viewer, tmp_
     viewer.timeline.pause()
     end = scrub(page, viewer, 3.0)
     assert np.abs(end - before).mean() > 0.005
+    page.get_by_role("tab", name="Files").click()
     with page.expect_download() as download:
         page.get_by_role("button", name="Save plan").click()
     saved = tmp_path / "saved.npz"
@@ -143,9 +145,8 @@ def test_drag_the_goal_plan_and_see_the_new_path(page: Any, viewer: Viewer, tmp_
 
 
 def test_what_cannot_be_planned_is_said(page: Any, viewer: Viewer) -> None:
-    page.get_by_role("tab", name="Plan").click()
-    viewer.panel.horizon.value = 0.6
-    viewer.panel.gait.value = "crawl"
+    page.get_by_role("tab", name="Design").click()
+    viewer.designer.change({"horizon": 0.6, "gait.kind": "crawl"})
     shown = viewer.clip
 
     def is_said() -> bool:
@@ -162,13 +163,13 @@ def test_what_is_in_the_way_is_said_and_what_would_help_can_be_taken_up(page: An
     weak = {"bounds": {"force_max": 100.0}, "horizon": 1.5, "goal": {"x": 0.2}, "profile": "executable"}
     viewer.show(clip_of_plan(motion_plan(SCENARIO.with_values(weak)), "too weak to stand"))
     shown = viewer.clip
-    page.get_by_role("tab", name="Plan").click()
+    page.get_by_role("tab", name="Design").click()
     page.get_by_role("button", name="Plan", exact=True).click()
     page.get_by_text("In the way:").wait_for()
     page.get_by_text("the normal force would have to leave its limits").first.wait_for()
     assert viewer.clip is shown
     page.get_by_role("button", name="larger forces").click()
-    wait_until(lambda: viewer.panel.scenario().bounds.force_max > 100.0)
+    wait_until(lambda: viewer.designer.draft.scenario.bounds.force_max > 100.0)
     page.get_by_text("In the way:").wait_for(state="hidden")
     page.get_by_role("button", name="Plan", exact=True).click()
     wait_until(lambda: viewer.clip is not shown, 180.0)
@@ -177,7 +178,7 @@ def test_what_is_in_the_way_is_said_and_what_would_help_can_be_taken_up(page: An
 
 
 def test_a_second_browser_sees_the_same_and_may_leave_during_a_solve(page: Any, viewer: Viewer) -> None:
-    viewer.panel.pick(viewer.panel.picker.options[0])
+    viewer.designer.pick(viewer.designer.panel.picker.options[-1])
     shown = viewer.clip
     second = page.context.new_page()
     try:
@@ -186,7 +187,7 @@ def test_a_second_browser_sees_the_same_and_may_leave_during_a_solve(page: Any, 
         scrub(page, viewer, 0.75)
         box = second.locator("input[inputmode=decimal]").first
         wait_until(lambda: abs(float(box.input_value()) - 0.75) < 0.01)
-        second.get_by_role("tab", name="Plan").click()
+        second.get_by_role("tab", name="Design").click()
         second.get_by_role("button", name="Plan", exact=True).click()
         wait_until(lambda: viewer.planning.busy or viewer.clip is not shown)
     finally:
@@ -224,21 +225,21 @@ def test_an_uploaded_file_that_cannot_be_shown_is_refused(
 
 def test_a_saved_scenario_is_short_and_can_be_opened_again(page: Any, viewer: Viewer, tmp_path: Path) -> None:
     viewer.show(clip_of_plan(motion_plan(SCENARIO), "by hand"))
-    page.get_by_role("tab", name="Plan").click()
-    wanted = viewer.panel.scenario().resolved()
+    page.get_by_role("tab", name="Files").click()
+    wanted = viewer.designer.draft.scenario.resolved()
     with page.expect_download() as download:
         page.get_by_role("button", name="Save scenario").click()
+    assert download.value.suggested_filename == "by-hand.yaml"
     saved = tmp_path / "mine.yaml"
     download.value.save_as(saved)
     assert len(saved.read_text().splitlines()) < 25
     assert "robot: centauro\n" in saved.read_text()
-    page.get_by_role("tab", name="Files").click()
     with page.expect_file_chooser() as chooser:
         page.get_by_role("button", name="Open a plan, joints, a log or a scenario").click()
     chooser.value.set_files(saved)
     wait_until(lambda: viewer.clip.name == "mine")
     page.get_by_text("nothing is planned yet").wait_for()
-    assert viewer.panel.scenario().resolved().to_yaml() == wanted.to_yaml()
+    assert viewer.designer.draft.scenario.resolved().to_yaml() == wanted.to_yaml()
 
 
 def test_a_scenario_from_a_page_names_no_file_of_this_machine(
@@ -259,6 +260,7 @@ def test_a_scenario_from_a_page_names_no_file_of_this_machine(
 def test_a_phone_has_controls_of_its_own_width_in_its_own_colours(
     page: Any, viewer: Viewer, scheme: str
 ) -> None:
+    viewer.show(clip_of_plan(motion_plan(SCENARIO), "by hand"))
     phone = page.context.new_page()
     try:
         phone.set_viewport_size({"width": 390, "height": 844})

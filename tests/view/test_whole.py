@@ -109,7 +109,7 @@ def test_a_page_of_three_pictures_a_second_shows_the_base_above_its_feet(sheet: 
         assert viewer.scene is not None
         for title in viewer.scene.layers:
             viewer._switch(title, title in ("robot", "CoM"))
-        viewer.panel.gizmo.visible = False  # it is yellow, too
+        viewer.designer.handles.gizmo.visible = False  # it is yellow, too
         sheet.add_init_script(SLOW)
         sheet.goto(viewer.url)
         sheet.get_by_text("fast").wait_for()

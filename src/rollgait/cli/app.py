@@ -11,6 +11,7 @@ import typer
 
 import rollgait
 from rollgait.cli import (
+    bridge,
     cache,
     check,
     dataset,
@@ -53,6 +54,7 @@ app.command("execute")(execute.execute)
 app.command("mpc")(mpc.mpc)
 app.command("view")(view.view)
 app.command("drive")(drive.drive)
+app.command("bridge")(bridge.bridge)
 app.command("record")(record.record)
 app.command("scenarios")(library.scenarios)
 app.command("robots")(library.robots)

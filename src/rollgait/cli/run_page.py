@@ -48,7 +48,7 @@ def page_of(name: str, plan: Plan, joints: JointTrajectory | None, log: Simulati
     page.add(
         "Motion", Moving(moving_picture(plan), "The plan, from the side and from above, in its own time")
     )
-    page.add("Plan", Table(list(_plan_rows(plan)), right=[1]), Pictures(_plan_pictures(plan)))
+    page.add("Plan", Table(list(_plan_rows(plan)), right=[1]), _folded(_plan_pictures(plan)))
     shown = (*certificate.failures, *certificate.nearest(NEAREST))
     page.add(
         "Certificate",
@@ -61,6 +61,11 @@ def page_of(name: str, plan: Plan, joints: JointTrajectory | None, log: Simulati
     if log is not None:
         page.add("Physics", *_physics_parts(log))
     return page
+
+
+def _folded(pictures: list[Picture]) -> Folded:
+    """Figures a click away: they are four screens."""
+    return Folded(f"{len(pictures)} figures", [Pictures(pictures)])
 
 
 def _plan_rows(plan: Plan) -> Iterator[tuple[str, str, str]]:
@@ -105,8 +110,8 @@ def _physics_parts(log: SimulationLog) -> list[Part]:
         Sentence(f"MuJoCo, {how}: {conditions(log.disturbances)}."),
         Table([("quantity", "value", "unit"), *summary_rows(report)], right=[1]),
         Table(list(_force_rows(report)), right=[1, 2]),
-        Table(list(_joint_rows(report)), right=[1, 2, 3]),
-        Pictures([Picture(physics_figure(log, name), caption) for name, caption in PHYSICS_CAPTIONS.items()]),
+        Folded("All joints", [Table(list(_joint_rows(report)), right=[1, 2, 3])]),
+        _folded([Picture(physics_figure(log, name), caption) for name, caption in PHYSICS_CAPTIONS.items()]),
     ]
 
 

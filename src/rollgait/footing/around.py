@@ -17,6 +17,9 @@ from rollgait.terrain.local_models import models_along
 from rollgait.terrain.references import base_references
 from rollgait.terrain.regions import Regions
 
+LEFT_MAX: Final = 0.4
+"""Ground farther from where a foot lands is none that it has left but a ditch, in heights of the CoM: no
+robot is asked for a higher step."""
 SLOPED: Final = 1.0e-6
 """Steepest slope that is level: rounding."""
 
@@ -31,6 +34,7 @@ class Ways:
         schedule: the contacts.
         phases: of each leg, interval by interval.
         swings: how high they go.
+        nearer: how much nearer to an edge than it may be each foot begins, (4,), m.
     """
 
     regions: Sequence[Regions]
@@ -38,6 +42,7 @@ class Ways:
     schedule: ContactSchedule
     phases: list[list[Phase]]
     swings: tuple[SwingOver, ...]
+    nearer: Array
 
     @classmethod
     def along(
@@ -126,10 +131,13 @@ class Ways:
                 under[node, leg] = _height(model[leg, k], paths.xy[node, leg])
         for s in self.swings:
             nodes = np.arange(s.lift_off, s.touch_down + 1)
-            passed = (times[nodes] - times[nodes[0]]) / (times[nodes[-1]] - times[nodes[0]])
+            begun = self.schedule.begun[s.leg] if s.lift_off == 0 else 0.0
+            lift_off = times[nodes[0]] - begun
+            passed = (times[nodes] - lift_off) / (times[nodes[-1]] - lift_off)
             before, after = under[nodes[[0, -1]], s.leg]
-            if s.lift_off == 0 and self.schedule.begun[s.leg] > 0.0:
-                before = after  # what it has left nobody knows any more
+            if begun > 0.0:  # what it has left nobody knows any more: what is below it counts
+                below = float(self.regions[s.leg].terrain.height(*paths.xy[0, s.leg]))
+                before = below if abs(below - after) <= -LEFT_MAX * self.stance[s.leg, 2] else after
             under[nodes, s.leg] = before + passed * (after - before)
         return base_references(under, self.stance)
 

@@ -17,7 +17,7 @@ from rollgait.errors import NotSolvedError
 from rollgait.footing.footing import FEET, Array, SwingOver
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario.schedule import ContactSchedule, SwingPhase
-from rollgait.terrain.convex_region import ConvexRegion
+from rollgait.terrain.convex_region import TOUCHING, ConvexRegion
 from rollgait.terrain.regions import Regions
 
 OVER_LEAST: Final = 2
@@ -31,6 +31,9 @@ BUMP: Final = 0.01
 """What stands out of the ground between two footholds by more than this must be gone over, m."""
 ACROSS: Final = 24
 """Places along the way of a swing at which the ground is looked up."""
+NEARER_MAX: Final = 0.05
+"""m; a foot that a start in motion finds nearer to an edge than it may be keeps its place until it leaves, if
+it is no more than this too near: as of all bounds that such a start does not keep."""
 BESIDE_LOCAL: Final = 1.0e-3
 """m; where the ground of a swing's way stands so far above what its footholds' slopes let expect, it is gone
 over: a foot that swings at its own clearance above these would be too low there, as at the foot of a ramp."""
@@ -83,8 +86,9 @@ class FeetPaths:
 
 def phases_of(
     regions: Sequence[Regions], schedule: ContactSchedule, paths: FeetPaths, how: Swinging
-) -> tuple[list[list[Phase]], tuple[SwingOver, ...]]:
-    """The phases of each leg, interval by interval, and how high each swing goes.
+) -> tuple[list[list[Phase]], tuple[SwingOver, ...], Array]:
+    """The phases of each leg, interval by interval, how high each swing goes, and how much nearer to an edge
+    each foot begins than it may be, (4,), m.
 
     Args:
         regions: of the foot of each leg.
@@ -97,22 +101,32 @@ def phases_of(
     """
     phases: list[list[Phase]] = []
     swings: list[SwingOver] = []
+    nearer = np.zeros(FEET)
     for leg in range(FEET):
-        own = _stances(regions[leg], schedule, paths, leg)
+        own = _stances(regions[leg], schedule, paths, leg, how.start_height is not None)
+        if schedule.contact[leg, 0]:
+            first = own[0].region
+            assert first is not None, "feet stand where they can"
+            outside = -float(first.margin(paths.xy[0, leg]))
+            nearer[leg] = outside if outside > TOUCHING else 0.0
         for swing in schedule.swings():
             if swing.leg == leg:
                 swings.append(_add_swing(own, regions[leg], swing, paths.xy[:, leg], schedule, how))
         phases.append([own[k] for k in range(schedule.intervals)])
-    return phases, tuple(swings)
+    return phases, tuple(swings), nearer
 
 
-def _stances(region: Regions, schedule: ContactSchedule, paths: FeetPaths, leg: int) -> dict[int, Phase]:
-    """The phases of the intervals in which a foot stands."""
+def _stances(
+    region: Regions, schedule: ContactSchedule, paths: FeetPaths, leg: int, moving: bool
+) -> dict[int, Phase]:
+    """The phases of the intervals in which a foot stands; how it stands at first may come from a motion."""
     result: dict[int, Phase] = {}
     stands = schedule.contact[leg]
     borders = np.flatnonzero(np.diff(np.concatenate([[False], stands, [False]]).astype(int)))
     for begin, end in borders.reshape(-1, 2):
         path, yaw = paths.xy[begin : end + 1, leg], paths.yaw[begin:end]
+        if moving and begin == 0:
+            path = _off_edges(region, path)
         for k, box in enumerate(region.boxes(path, yaw)):
             if box is None:
                 time = schedule.node_times[begin + k]
@@ -122,6 +136,16 @@ def _stances(region: Regions, schedule: ContactSchedule, paths: FeetPaths, leg: 
                     "where it cannot: too near to an edge, too steep, or not known; a gait may step over"
                 )
             result[int(begin) + k] = Phase(box, int(begin) + k)
+    return result
+
+
+def _off_edges(region: Regions, path: Array) -> Array:
+    """The path (n, 2) of a stance; places too near to an edge are as far from it as they should be, if that
+    is not far."""
+    result = path.copy()
+    for k in np.flatnonzero(~region.free(path)):
+        free = region.nearest_free(path[k], NEARER_MAX)
+        result[k] = path[k] if free is None else free
     return result
 
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from rollgait.errors import MISSING, InputError
-from rollgait.mpc.following import Following
+from rollgait.mpc.following import Following, Unchanged
 from rollgait.plant.control import Control
 from rollgait.plant.state import SHAPES, RobotState, unwrapped
 from rollgait.robot.robot import LEG_NAMES
@@ -54,6 +54,8 @@ LEAP_TIME: Final = 0.05
 """s: a stall of so long doubles what is allowed."""
 ASTRAY: Final = 0.25
 """Speed at which feet on the ground may go elsewhere than they are told, m/s: slipping wheels stay below."""
+UNCHANGED_MAX: Final = 0.005
+"""So far the robot may be told to go while its state stays the same to the last bit, m."""
 
 Note = Callable[[float, str], None]
 
@@ -133,7 +135,7 @@ class Incoming:
 
     def __init__(self, period: float, note: Note, stop: Callable[[str], None], follows: bool = True) -> None:
         self._period, self._note, self._stop, self._follows = period, note, stop, follows
-        self._following = Following(period)
+        self._following, self._unchanged = Following(period), Unchanged(period)
         self.reset()
 
     def reset(self) -> None:
@@ -142,6 +144,7 @@ class Incoming:
         self._measured = -np.inf
         self._disowned = ""
         self._following.reset()
+        self._unchanged.reset()
 
     @property
     def missing(self) -> bool:
@@ -189,6 +192,12 @@ class Incoming:
         if fault := _leap(state, last.end, max(late, 0.0)):
             self._disowned = fault if self._missing_for(last) > MISSING_MAX else ""
             return fault
+        if self._follows and (way := self._unchanged.way(state, last)) > UNCHANGED_MAX:
+            self._disowned = (
+                f"the state stays the same while the robot is told to go {1e3 * way:.1f} mm: "
+                "as if its source had stopped"
+            )
+            return self._disowned
         is_next = abs(late) < (STALL - 1.0) * self._period
         if self._follows and is_next and (speed := self._following.speed(state, last)) > ASTRAY:
             self._disowned = (

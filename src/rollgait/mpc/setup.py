@@ -31,16 +31,17 @@ if TYPE_CHECKING:
 DELAY: Final = 2
 """Age of what the estimator `delayed` knows, in periods of the controller."""
 
-TRUST: Final = {"mujoco": Trust(place=0.1, posture=0.02, motion=0.05)}
+_WHOLE_BODY: Final = Trust(place=0.1, posture=0.02, motion=0.05)
+TRUST: Final = {"mujoco": _WHOLE_BODY, "hardware": _WHOLE_BODY}
 """Share of a measurement that is believed in each period, by plant; all of it where none stands here.
 
 Joints that give way under load make a whole body differ from the model by a little all the time: who started
 anew from each measurement would take the sag for the robot's own motion."""
 TRUST_PERIOD: Final = 0.01
 """s, the period that these shares are for."""
-LAG: Final = {"mujoco": 0.02}
+LAG: Final = {"mujoco": 0.02, "hardware": 0.04}
 """By how much a plant is behind what it is told, s; not at all where none stands here."""
-GATE: Final = {"mujoco": 0.3}
+GATE: Final = {"mujoco": 0.3, "hardware": 0.3}
 """Farthest that a measurement may be from what was expected, m; stiff joints do not give way so far."""
 
 ESTIMATORS: Final[dict[str, Callable[[int], Estimator]]] = {

@@ -20,7 +20,7 @@ from rollgait.ocp import body, boundary, contact, costs, friction, limb, limits,
 from rollgait.ocp.lift import InAir, lift
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
 from rollgait.polynomials import HEIGHT_POINTS, gauss_points
-from rollgait.robot.robot import Robot
+from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
 from rollgait.scenario.start import Motion
@@ -100,6 +100,17 @@ class Problem:
     def steering_range(self, leg: int) -> tuple[float, float]:
         """Range of σ − θz of a foot, rad."""
         return self.scenario.steering_range(leg)
+
+    @property
+    def start_eased(self) -> tuple[str, ...]:
+        """In words, which feet the start has nearer to edges than they may be."""
+        if self.terrain is None:
+            return ()
+        return tuple(
+            f"{name} stands {distance:.3g} m nearer to an edge than it may, until it leaves"
+            for name, distance in zip(LEG_NAMES, self.terrain.ways.nearer, strict=True)
+            if distance > 0.0
+        )
 
     @property
     def costs(self) -> tuple[Cost, ...]:

@@ -106,7 +106,8 @@ class Statistics:
         starts: what came of each initial guess that was tried.
         discovery: what came of each gait that was tried, in their order, where the gait was to be found; the
             last one is this plan's.
-        start_changes: what of a measured state was changed to make it the start, in words.
+        start_changes: what of a measured state was changed to make it the start, and which feet it has nearer
+            to edges than they may be, in words.
         linear_algebra: what factorised the solver's matrices, e.g. BLASFEO with a product compiled here.
     """
 

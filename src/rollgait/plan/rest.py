@@ -22,8 +22,10 @@ Array = NDArray[np.float64]
 
 LEAST: Final = 0.2
 """s; what is left of a plan for less is not worth another one."""
-FIRST_SHARE: Final = 0.5
-"""A first interval shorter than this part of the next is one with it, where no contact changes between."""
+FIRST_SHARES: Final = (0.2, 0.8)
+"""A first interval shorter than the first part of the next is one with it, where no contact changes between;
+one shorter than the second shares evenly with it: if much shorter than others, it may keep a solver from
+converging, and one of nearly two lengths has too much between its nodes."""
 AT_ONCE: Final = 0.02
 """A contact that changes in less has changed, s: intervals are no shorter."""
 DELAY_MAX: Final = 5.0
@@ -133,9 +135,11 @@ def _nodes(plan: Planned, time: float) -> Array:
     later = np.flatnonzero(all_nodes > time + SAME)
     nodes, contacts_change = all_nodes[later] - time, changes[later]
     if len(nodes) > 1:
-        too_near = nodes[0] < FIRST_SHARE * (nodes[1] - nodes[0]) and not contacts_change[0]
-        if too_near or nodes[0] < AT_ONCE:
+        one_with_it, shares = np.array(FIRST_SHARES) * (nodes[1] - nodes[0])
+        if nodes[0] < (AT_ONCE if contacts_change[0] else max(AT_ONCE, one_with_it)):
             nodes = nodes[1:]
+        elif nodes[0] < shares and not contacts_change[0]:
+            nodes[0] = 0.5 * nodes[1]
     return np.concatenate([[0.0], nodes])
 
 

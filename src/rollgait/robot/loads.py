@@ -88,6 +88,9 @@ class Loads(Config):
     def _one_is_a_list(cls, value: Any) -> Any:
         return (value,) if isinstance(value, Mapping | Load | Wrench) else value
 
+    def __hash__(self) -> int:
+        return hash((self.payload, self.wrench, frozenset(self.posture.items())))
+
 
 def steiner(offset: Array) -> Array:
     """Inertia of 1 kg at an offset, (3, 3), m²."""

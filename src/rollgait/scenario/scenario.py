@@ -182,6 +182,15 @@ class Scenario(Shown, Config):
 
     def with_values(self, values: Mapping[str, Any]) -> Scenario:
         """A copy with dotted keys set, e.g. `{"goal.x": 1.5, "robot.mass": 90.0}`. Raises `InputError`."""
+        scenario = self.edited(values)
+        scenario.check()
+        return scenario
+
+    def edited(self, values: Mapping[str, Any]) -> Scenario:
+        """`with_values` without the rules that need the robot and its ground, see `check`: a draft.
+
+        Raises `InputError` for a key that there is not, or a value out of its range.
+        """
         data = self.to_dict()
         is_free = _discovers(self.gait) and self.horizon == LONGEST
         if is_free or "horizon" not in self.model_fields_set:
@@ -194,7 +203,7 @@ class Scenario(Shown, Config):
                 data["robot"] = find_robot(data["robot"]).model_dump(mode="json")
             set_key(data, key, value)
         scenario = validate(type(self), data)
-        return scenario._on(scenario.ground.read_like(self.ground))
+        return scenario.model_copy(update={"ground": scenario.ground.read_like(self.ground)})
 
     # -- what follows from it --
 
@@ -302,7 +311,7 @@ class Scenario(Shown, Config):
 
     def to_yaml(self, brief: bool = False) -> str:
         """The scenario as YAML text; `brief` leaves out what is a default anyway."""
-        return dump_yaml(_without_none(self.to_brief_dict() if brief else self.to_dict()))
+        return dump_yaml(without_none(self.to_brief_dict() if brief else self.to_dict()))
 
     def to_brief_dict(self) -> dict[str, Any]:
         """The scenario as plain data without its defaults, a robot of the library by its name."""
@@ -546,9 +555,10 @@ def _asked_of_any(gait: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _without_none(data: Any) -> Any:
+def without_none(data: Any) -> Any:
+    """Plain data without the keys that say nothing."""
     if isinstance(data, dict):
-        return {key: _without_none(value) for key, value in data.items() if value is not None}
+        return {key: without_none(value) for key, value in data.items() if value is not None}
     if isinstance(data, list):
-        return [_without_none(value) for value in data]
+        return [without_none(value) for value in data]
     return data

@@ -18,13 +18,14 @@ from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.robot.urdf_model import BASE_V
 from rollgait.robot.whole_body import WholeBody
-from rollgait.simulation.controller import Gains, JointReference, MovingAverage
+from rollgait.simulation.controller import Gains, JointReference
 from rollgait.simulation.drives import gains_of
+from rollgait.simulation.joint_path import JointPath
 from rollgait.simulation.measure import StateReader, axles_to_the_left
 from rollgait.simulation.physics import Load, Physics, Pose
 from rollgait.simulation.world import TIME_STEP
 from rollgait.terrain.terrain import Terrain
-from rollgait.tracking.follower import Follower, JointTarget
+from rollgait.tracking.follower import Follower
 
 Array = NDArray[np.float64]
 
@@ -90,18 +91,15 @@ class MujocoPlant:
         self.joint_names = self.follower.joint_names
         q = self.follower.state.q
         posture = q[BASE_V + 1 :]
-        rest = JointTarget(posture, np.zeros_like(posture), np.zeros_like(posture))
-        self._target = rest
-        self._average = MovingAverage(max(1, round(smoothing / TIME_STEP)), 2 * len(posture))
-        self._average.fill(np.concatenate([posture, self._standing_torque(robot, start)]))
-        self._placed = posture.copy()
+        rest = np.zeros((1, len(posture)))
+        self._path = JointPath(smoothing, posture, self._standing_torque(robot, start))
         self._physics = Physics(
             body,
             self.joint_names,
             gains or gains_of(robot, body, self.joint_names),
             disturbances or Disturbances(),
             Pose(q[:3], q[3:7], posture),
-            JointReference(*(row[None] for row in (rest.position, rest.velocity, rest.torque))),
+            JointReference(posture[None], rest, rest),
             ground=float(np.mean(start.foot_position[:, 2])),
             begins=SETTLING,
             terrain=terrain,
@@ -164,7 +162,7 @@ class MujocoPlant:
     @property
     def delay(self) -> float:
         """By how much the smoothing lets the joints lag behind the controls, s."""
-        return 0.5 * (self._average.width - 1) * TIME_STEP
+        return self._path.delay
 
     def step(self, control: Control) -> None:
         """Lets one control pass. One that cannot be followed leaves the joints where they were told to be.
@@ -175,8 +173,8 @@ class MujocoPlant:
         count = round(control.period / TIME_STEP) if np.isfinite(control.period) else 0
         if count < 1:
             raise InputError("control.period", control.period, f"must be at least {TIME_STEP} s")
-        target = self.follower.follow(control)
-        reference = self._reference(target, count)
+        self._path.aim(self.follower.follow(control), count)
+        reference = self._path.take(count)
         physics = self._physics
         if self._unstable:
             physics.steps += count
@@ -211,17 +209,6 @@ class MujocoPlant:
         self._physics.push((x, y, z), duration)
 
     # -- inside --
-
-    def _reference(self, target: JointTarget, count: int) -> JointReference:
-        """What the joints shall do in each of the next steps, (count, n_j)."""
-        share = np.arange(1, count + 1)[:, None] / count
-        position = self._target.position + share * (target.position - self._target.position)
-        torque = np.broadcast_to(target.torque, position.shape)
-        smooth = self._average.update(np.concatenate([position, torque], axis=1))
-        position, torque = smooth[:, : len(target.position)], smooth[:, len(target.position) :]
-        velocity = np.diff(position, axis=0, prepend=self._placed[None]) / TIME_STEP
-        self._placed, self._target = position[-1], target
-        return JointReference(position, velocity, torque)
 
     def _note(self, load: Load) -> None:
         """Reads everything, unless the physics have become unstable: then all stays as it was read last."""

@@ -41,7 +41,7 @@ ELEVATION: Final = -18.0
 """Where the camera looks, degrees: from behind and aside, so that risers ahead are seen."""
 
 FORMATS: Final = (".mp4", ".gif", ".webp")
-"""What a film can be written as. GIF and WebP move on a page by themselves; a WebP is a tenth of the size."""
+"""What a film can be written as. GIF and WebP move on a page by themselves; a WebP is smaller."""
 
 PAGE_RATE: Final = 12.5
 """Frames per second of GIF and WebP: every second one of a film's."""

@@ -39,6 +39,10 @@ COARSER: Final = 0.25
 """Of what a map is coarser than the grid, this part is kept from edges as well."""
 ROUNDING: Final = 1.0e-9
 """m; a distance that is short by less is long enough."""
+NEAREST_STEP: Final = 2.0e-3
+"""m, between the distances at which the nearest free place is looked for."""
+NEAREST_WAYS: Final = 32
+"""In so many directions."""
 HALVINGS: Final = 6
 """How often the place between two nodes at which a wheel begins to touch something is halved: to 0.2 mm."""
 
@@ -89,6 +93,21 @@ class Regions(ABC):
     def free(self, points: Array) -> NDArray[np.bool_]:
         """Which points (n, 2) a foot may go to."""
         return np.asarray(self.label(points) >= 0)
+
+    def nearest_free(self, place: Array, most: float) -> Array | None:
+        """The nearest place where a foot may go, from one (2,), m, on the same side of all edges.
+
+        None if there is none within `most`, m, or if no foot can stand at the given place itself.
+        """
+        if not self.rollable(place[None])[0]:
+            return None
+        radius = np.arange(NEAREST_STEP, most + ROUNDING, NEAREST_STEP)
+        angle = 2.0 * np.pi * np.arange(NEAREST_WAYS) / NEAREST_WAYS
+        points = place + (radius[:, None, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)).reshape(
+            -1, 2
+        )
+        good = np.flatnonzero(self.free(points) & self._same_side(place, points))
+        return points[good[0]] if good.size else None
 
     def box(
         self, path: Array, heading: float = 0.0, reach: float = REACH, sides: int = SIDES

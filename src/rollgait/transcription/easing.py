@@ -54,7 +54,10 @@ def eased(stage: Stage, first_node: Array, problem: Problem) -> Stage:
         at = times[1:] if label.place == Place.INTERVAL_END.name else times[:-1]
         share = np.maximum(0.0, 1.0 - at / GRACE)
         if label.term in OF_PLACES and label.leg is not None:
-            share = same[label.leg].astype(float)
+            stays = same[label.leg].copy()
+            if contact[label.leg, 0] and label.place == Place.NODE.name:
+                stays[1:] |= same[label.leg, :-1]  # where it lifts off it still is where it stood
+            share = stays.astype(float)
         elif label.term in OF_SUPPORT:
             share = np.where(same.all(axis=0), share, 0.0)
         lower[row] -= below * share

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from dataclasses import dataclass
 from typing import Final
@@ -17,6 +18,11 @@ FIELD_OF_VIEW: Final = np.radians(40.0)
 """Vertical angle of the picture, rad."""
 FROM: Final = np.array([0.35, -0.8, 0.48])
 """Direction from what is looked at to the camera: from the right, a little ahead and above."""
+
+WAY: Final = 0.9
+"""How far off one looks from, in lengths of the way."""
+WAY_TO_GOAL: Final = 1.3
+"""The same where the way ends with the outline of a goal."""
 
 RISING: Final = 0.03
 """Slope of the ground along x from which on one looks from behind."""
@@ -42,13 +48,16 @@ class Camera:
 def camera_of(clip: Clip) -> Camera:
     """The camera for a clip."""
     place = clip.samples.com_position
+    if clip.kind == "scenario":  # nothing is planned yet: the way is from the start to the goals
+        place = np.concatenate([place, [goal.pose[:3] for goal in clip.goals]])
     low, high = place.min(axis=0), place.max(axis=0)
     middle = 0.5 * (low + high)
     feet = clip.samples.foot_position[..., 2][clip.samples.contact]
     ground = 0.5 * (feet.min() + feet.max()) if feet.size else middle[2] - clip.robot.height
     middle[2] = ground + 0.35 * clip.robot.height
+    way = WAY_TO_GOAL if clip.kind == "scenario" else WAY
     direction = FROM * [-1.0, 1.0, 1.0] if _rises(clip) else FROM
-    size = clip.robot.height / 0.75 * 2.4 + 0.9 * float(np.linalg.norm(high - low))
+    size = clip.robot.height / 0.75 * 2.4 + way * float(np.linalg.norm(high - low))
     return Camera(middle + size * direction, middle)
 
 
@@ -70,14 +79,27 @@ def fit(client: viser.ClientHandle, clip: Clip) -> None:
 
     Is called when a browser has connected, in a thread of its own.
     """
+    fit_camera(client, camera_of(clip))
+
+
+def fit_camera(client: viser.ClientHandle, camera: Camera) -> None:
+    """The same for any camera: where the picture is narrow it is moved."""
     time.sleep(SETTLED)
+    if client.camera.aspect < WIDE:
+        place(client, camera)
+
+
+def look_at(client: viser.ClientHandle, clip: Clip) -> None:
+    """Moves the camera of a browser so that all of the way of a clip is in sight."""
+    place(client, camera_of(clip))
+
+
+def place(client: viser.ClientHandle, camera: Camera) -> None:
+    """Moves the camera of a browser: farther off in a narrow picture, above the controls on a phone."""
     aspect = client.camera.aspect
-    if aspect >= WIDE:
-        return
-    camera = camera_of(clip)
-    far = (camera.position - camera.look_at) * WIDE / aspect
+    far = (camera.position - camera.look_at) * max(1.0, WIDE / aspect)
     down = 0.5 * np.tan(0.5 * FIELD_OF_VIEW) * np.linalg.norm(far) if aspect < PHONE else 0.0
-    look_at = camera.look_at - [0.0, 0.0, down]
-    with client.atomic():
-        client.camera.position = look_at + far
-        client.camera.look_at = look_at
+    target = camera.look_at - [0.0, 0.0, down]
+    with client.atomic(), contextlib.suppress(ValueError):  # a page may say that it looks nowhere
+        client.camera.position = target + far
+        client.camera.look_at = target

@@ -75,6 +75,7 @@ class Clip:
         joints: the whole body, if known.
         plan: the plan, if this is one.
         scenario: what was asked, or is to be; None if the file does not say it.
+        trajectory: the joints as they are exported, if known.
         wrenches: what pulls at the base as it is known, from the first frame on.
     """
 
@@ -90,6 +91,7 @@ class Clip:
     joints: Joints | None = None
     plan: Plan | None = None
     scenario: Scenario | None = None
+    trajectory: JointTrajectory | None = None
     wrenches: tuple[Wrench, ...] = ()
 
     @property
@@ -128,7 +130,7 @@ class Clip:
 
     def with_joints(self, joints: JointTrajectory) -> Clip:
         """The same clip with the whole body that executes it."""
-        return replace(self, joints=_joints_at(joints, self.time))
+        return replace(self, joints=_joints_at(joints, self.time), trajectory=joints)
 
 
 def clip_of_plan(plan: Plan, name: str) -> Clip:
@@ -172,6 +174,7 @@ def clip_of_joints(joints: JointTrajectory, name: str) -> Clip:
         verdict="followed within its limits" if joints.report.passed else "not followed within its limits",
         passed=joints.report.passed,
         joints=_joints_at(joints, times),
+        trajectory=joints,
         wrenches=joints.wrenches,
     )
 

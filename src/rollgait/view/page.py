@@ -24,11 +24,14 @@ table { border-collapse: collapse; margin: .8rem 0; font-variant-numeric: tabula
 th, td { text-align: left; padding: .15rem .9rem .15rem 0; border-bottom: 1px solid #eee }
 th, td { white-space: nowrap }
 th { color: #666; font-weight: 600 } td.number { text-align: right }
-nav { display: flex; gap: 1.2rem; flex-wrap: wrap } nav a, summary { color: #0060a0 }
+nav { display: flex; gap: 0 1.2rem; flex-wrap: wrap } nav a, summary { color: #0060a0 }
+nav { position: sticky; top: 0; background: #fff; padding: .4rem 0; z-index: 1 }
+h2 { scroll-margin-top: 4rem }
 .wide { overflow-x: auto } summary { cursor: pointer }
 .figures { display: grid; gap: 0 1.5rem }
 .figures { grid-template-columns: repeat(auto-fit, minmax(min(26rem, 100%), 1fr)) }
-figure { margin: 1rem 0 } figcaption { color: #666 } img { max-width: 100%; height: auto }
+figure { margin: 1rem 0 } figure > svg { display: block; max-height: 34rem; max-width: 100% }
+figcaption { color: #666 } img { max-width: 100%; height: auto }
 .verdict { font-weight: 600 } .fail { color: #B00020; font-weight: 600 } .pass { color: #00794a }
 """
 

@@ -79,6 +79,10 @@ class Scene:
         """Whether a frame has been shown."""
         return getattr(self, "index", -1) >= 0
 
+    def stand(self, aside: float) -> None:
+        """Puts the whole scene to the side of where it is, m."""
+        self.root.position = (0.0, aside, 0.0)
+
     def remove(self) -> None:
         """Takes everything out of the scene."""
         self.root.remove()

@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from rollgait.config import parse_yaml
-from rollgait.errors import InputError
+from rollgait.errors import RollgaitError
 from rollgait.footing.on_terrain import standing_start
-from rollgait.plan.samples import Samples, level_contact
+from rollgait.plan.samples import Array, Samples, level_contact
 from rollgait.scenario.scenario import Scenario
-from rollgait.view.clip import Clip, ShownGoal, frame_times
+from rollgait.view.clip import Clip, ShownGoal
 from rollgait.view.motion import goal_poses
+from rollgait.view.rotations import turn_z
 
 KIND = "scenario"
 
 
 def clip_of_scenario(scenario: Scenario, name: str) -> Clip:
-    """A scenario of which nothing is planned yet. Raises `InputError` where the robot cannot stand."""
-    times = frame_times(scenario.horizon)
-    base, feet = standing_start(scenario)
+    """A scenario of which nothing is planned yet.
+
+    Where the robot cannot stand at its start it is shown level there, for the eye to see why.
+    """
+    times = np.array([0.0, scenario.horizon])
+    base, feet = _start(scenario)
     robot, count = scenario.body, len(times)
     force = np.zeros((4, 3))
     force[:, 2] = robot.static_forces()
@@ -46,7 +48,10 @@ def clip_of_scenario(scenario: Scenario, name: str) -> Clip:
         **level_contact(still(feet)),
     )
     begins = [0.0, *(later.at for later in scenario.goal.then)]
-    poses = goal_poses(scenario, np.array(begins))
+    try:
+        poses = goal_poses(scenario, np.array(begins))
+    except RollgaitError:  # a goal in a riser, say: it is told where it is planned
+        poses = scenario.goal_at(np.array(begins))
     return Clip(
         name=name,
         kind=KIND,
@@ -55,21 +60,28 @@ def clip_of_scenario(scenario: Scenario, name: str) -> Clip:
         terrain=scenario.terrain,
         goals=tuple(ShownGoal(begin, pose) for begin, pose in zip(begins, poses, strict=True)),
         marks=(),
-        verdict="nothing is planned yet: tab Plan",
+        verdict="nothing is planned yet",
         passed=True,
         scenario=scenario,
         wrenches=scenario.wrenches,
     )
 
 
-def scenario_from_page(content: bytes, name: str) -> Scenario:
-    """The scenario in a file that a page sent: it names no other file. Raises `InputError`."""
+def places_of(scenario: Scenario) -> Array:
+    """Where a scenario begins and where it is wanted, (n, 2), m."""
+    start, goal = scenario.start, scenario.goal
+    return np.array([(start.x, start.y), (goal.x, goal.y), *((later.x, later.y) for later in goal.then)])
+
+
+def _start(scenario: Scenario) -> tuple[Array, Array]:
+    """Base (6,) and feet (4, 3) at the start, m and rad."""
     try:
-        text = content.decode("utf-8")
-    except UnicodeDecodeError:
-        raise InputError("file", name, "is not text") from None
-    data = parse_yaml(text, name)
-    robot = data.get("robot")
-    if isinstance(robot, str) and Path(robot).suffix:
-        raise InputError("robot", robot, "names a file; a scenario sent by a page names a robot or holds it")
-    return Scenario.from_dict(data)
+        base, feet = standing_start(scenario)
+        if np.isfinite(base).all() and np.isfinite(feet).all():
+            return base, feet
+    except RollgaitError:
+        pass
+    start, robot = scenario.start, scenario.body
+    yaw = np.radians(start.yaw_deg)
+    place = np.array([start.x, start.y, scenario.height])
+    return np.array([*place, yaw, 0.0, 0.0]), place + robot.stance @ turn_z(yaw).T

@@ -8,9 +8,10 @@ import signal
 import sys
 import time
 
-from rollgait.errors import RollgaitError
+from rollgait.errors import NotSolvedError, RollgaitError
 from rollgait.mpc.plans.worker import Answer, Task
 from rollgait.planner import Planner
+from rollgait.solvers import Iteration
 
 
 def main() -> None:
@@ -31,8 +32,14 @@ def main() -> None:
 def _done(planner: Planner, task: Task) -> Answer:
     begin = time.process_time()
     found, message = None, ""
+
+    def in_time(_: Iteration) -> None:
+        if task.seconds is not None and time.process_time() - begin > task.seconds:
+            raise NotSolvedError(f"none was found within {task.seconds:g} s of processor time")
+
     try:
-        found = planner.plan(task.plan.rest(task.time, task.state, task.delay), diagnose=False)
+        rest = task.plan.rest(task.time, task.state, task.delay)
+        found = planner.plan(rest, diagnose=False, progress=in_time)
         failures = found.certificate().failures
         if failures:
             found, message = None, f"the new plan is not certified: {failures[0].name}"

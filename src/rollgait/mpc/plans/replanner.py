@@ -22,6 +22,9 @@ from rollgait.plant.state import RobotState
 
 AHEAD: Final = 0.5
 """s of the robot's time, which planning may take: a rest of 10 s takes 0.1 to 0.4 s."""
+GIVEN_UP: Final = 2.0 * AHEAD
+"""s of processor time, after which a plan not found is given up: nobody waits longer than `AHEAD`, but
+what takes little more says by how much."""
 STANDING: Final = 0.5
 """For so long a robot that had to wait stands on before the rest goes on, s: its weight may have to shift."""
 OFF: Final = 0.03
@@ -148,7 +151,7 @@ class Replanner:
         if plan_time > plan.horizon - LEAST:
             return
         waited = progress.phase == "holding"
-        self._worker.ask(Task(plan, plan_time, expected, STANDING if waited else 0.0))
+        self._worker.ask(Task(plan, plan_time, expected, STANDING if waited else 0.0, GIVEN_UP))
         self._pending = _Pending(expected.time, plan_time, why, progress.number, waited)
 
     def _take_over(self, pending: _Pending, progress: Progress) -> None:

@@ -20,12 +20,16 @@ from rollgait.plant.state import RobotState
 
 @dataclass(frozen=True)
 class Task:
-    """The rest of a plan from a time of it on, s, from a state, or as planned; put off by a delay, s."""
+    """The rest of a plan from a time of it on, s, from a state, or as planned; put off by a delay, s.
+
+    It is given up after some `seconds` of processor time, which an iteration may exceed; never if None.
+    """
 
     plan: Plan
     time: float
     state: RobotState | None
     delay: float = 0.0
+    seconds: float | None = None
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ def check_body(case: Case) -> Iterator[Row]:
         "body_clearance",
         "height of trunk and hips above the ground, beyond what is asked",
         "m",
-        margin,
+        case.eased(margin, 0.0, tol.BEYOND, time),
         -tol.BODY,
         time,
         at_least=True,

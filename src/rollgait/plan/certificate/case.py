@@ -110,7 +110,8 @@ class Case:
     @cached_property
     def _wanted_tilt(self) -> Array:
         """Angles of a base with this yaw that is tilted as the ground asks for, (N, K, 3), rad."""
-        under = ground_under_feet(self.schedule, self.motion)
+        assert self.terrain is not None, "flat ground asks for no tilt"
+        under = ground_under_feet(self.schedule, self.motion, self.terrain, self.robot.height)
         return wanted_pose(under, self.motion.at.euler[..., 0], self.robot.stance)[1]
 
     def standing_pose(self, at: Samples, yaw: Array) -> tuple[Array, Array]:
@@ -154,22 +155,23 @@ class Case:
         steers = self.feet("steerable")
         return np.where(steers, np.array(motion.speed), along), np.where(steers, 0.0, across)
 
-    def eased(self, margin: Array, least: float, most: float) -> Array:
-        """Margins (N, K, …) less strictly at first, where a start in motion is beyond its limits.
+    def eased(self, margin: Array, least: float, most: float, time: Array | None = None) -> Array:
+        """Margins (N, k, …) less strictly at first, where a start in motion is beyond its limits.
 
         By as much as it misses `least` at the start, at most `most`; evenly less until `GRACE` is over.
+        Of all samples, or of those at some times (N, k), s.
         """
         if self.scenario.start.motion is None:
             return margin
-        missing = np.clip(np.nan_to_num(least - margin[0, 0]), 0.0, most)
-        share = np.maximum(0.0, 1.0 - self.motion.time / tol.GRACE)
+        missing = _missing(margin, least, most)
+        share = np.maximum(0.0, 1.0 - (self.motion.time if time is None else time) / tol.GRACE)
         return np.asarray(margin + share.reshape(*share.shape, *[1] * (margin.ndim - 2)) * missing)
 
     def eased_places(self, margin: Array, least: float, most: float) -> Array:
         """Margins (N, k, 4) of where feet stand: until they leave the places where a motion finds them."""
         if self.scenario.start.motion is None:
             return margin
-        missing = np.clip(least - margin[0, 0], 0.0, most)
+        missing = _missing(margin, least, most)
         stays = np.logical_and.accumulate(self.motion.stance, axis=0)[:, None, :]
         return np.asarray(margin + np.where(stays, missing, 0.0))
 
@@ -183,3 +185,9 @@ class Case:
     def steers_by_joints(self) -> bool:
         """Whether the joints limit the steering of steerable feet, in place of a fixed range."""
         return bool(self.bound("joint_steering")) and self.has("joint_steering") and self.knows_joints
+
+
+def _missing(margin: Array, least: float, most: float) -> Array:
+    """By how much margins (N, k, …) miss what is asked at the start, and rounding more; at most `most`."""
+    missing = np.clip(np.nan_to_num(least - margin[0, 0]), 0.0, most)
+    return np.asarray(np.where(missing > 0.0, missing + tol.BEYOND_ROUNDING, 0.0))

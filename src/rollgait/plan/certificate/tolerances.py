@@ -72,6 +72,9 @@ BEYOND = 0.05
 """m; so far beyond its limits a start in motion may be, as measured robots are."""
 BEYOND_ANGLE = 0.1
 """rad; likewise."""
+BEYOND_ROUNDING = 1e-6
+"""m and rad; by so much more the start is allowed to be beyond a limit: what stands still does so but for
+rounding."""
 GRACE = 0.5
 """s; within that time it is back, the limit moving evenly from where the start is."""
 END_POSITION = 1e-3

@@ -64,7 +64,7 @@ def read(source: Source) -> RawMap:
         raise
     except Exception:  # rosbags raises what it meets, down to struct.error and sqlite3.Error
         raise source.fault("is not a ROS 2 bag that can be read") from None
-    return _placed(source, message)
+    return placed(source, message)
 
 
 def _last(source: Source) -> bytes:
@@ -90,7 +90,8 @@ def _last(source: Source) -> bytes:
     return bytes(last)
 
 
-def _placed(source: Source, message: Any) -> RawMap:
+def placed(source: Source, message: Any) -> RawMap:
+    """The heights of a GridMap, as rosbags decodes it. Raises `FileError`, `UnknownNameError`."""
     layers = list(message.layers)
     if source.layer not in layers:
         raise UnknownNameError("ground.map.layer", source.layer, layers, "is not a layer of this GridMap")

@@ -38,12 +38,16 @@ class Request:
         pull: force on the base that acts until the next request, world, N.
         pushes: that begin now.
         reset: begin anew after a fall or a fault.
+        paused: time stands still until a request that says otherwise.
+        record: file into which the run is to be recorded; what was recorded is written when this is "" again.
     """
 
     command: VelocityCommand
     pull: Vector = NO_FORCE
     pushes: tuple[PushRequest, ...] = ()
     reset: bool = False
+    paused: bool = False
+    record: str = ""
 
     def check(self) -> None:
         """Raises `InputError` for numbers that are none, and for a gait that is not known."""
@@ -89,6 +93,8 @@ class Snapshot:
         rate: periods per second of wall time, Hz.
         factor: simulated over wall time.
         events: of the controller, (s, text), newest last.
+        recorded: how long the recording is, s; 0 while there is none.
+        written: the last file that was recorded, "" if there is none yet.
     """
 
     state: RobotState
@@ -110,3 +116,5 @@ class Snapshot:
     rate: float
     factor: float
     events: tuple[tuple[float, str], ...]
+    recorded: float = 0.0
+    written: str = ""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Final
 
 import numpy as np
@@ -12,7 +14,7 @@ from rollgait.errors import RollgaitError
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.settings import CommandLimits
 from rollgait.robot.library import find_robot
-from rollgait.view.camera import FIELD_OF_VIEW
+from rollgait.view.camera import FIELD_OF_VIEW, Camera, fit_camera
 from rollgait.view.clip import FRAME_RATE
 from rollgait.view.driving.endpoint import Endpoint
 from rollgait.view.driving.hands import Hands
@@ -50,8 +52,10 @@ class DrivePage:
     def __init__(self, setup: Setup, port: int = PORT) -> None:
         self.hands = Hands()
         self.error: RollgaitError | None = None
+        self._written = ""
         self._ends = threading.Event()
         self._server = start_server(LOOPBACK, port, "rollgait drive")
+        self._folder = TemporaryDirectory(prefix="rollgait-drive-")
         self._endpoint: Endpoint | None = None
         self._loop: LoopProcess | None = None
         self._thread: threading.Thread | None = None
@@ -81,10 +85,11 @@ class DrivePage:
 
     def _aim(self, height: float) -> None:
         """From behind the robot, to its right: forward is away from who drives."""
-        camera = self._server.initial_camera
-        camera.look_at = (0.0, 0.0, 0.8 * height)
-        camera.position = height * np.array(BEHIND)
-        camera.up, camera.fov = (0.0, 0.0, 1.0), float(FIELD_OF_VIEW)
+        begin = self._server.initial_camera
+        camera = Camera(height * np.array(BEHIND), np.array([0.0, 0.0, 0.8 * height]))
+        begin.look_at, begin.position = camera.look_at, camera.position
+        begin.up, begin.fov = (0.0, 0.0, 1.0), float(FIELD_OF_VIEW)
+        self._server.on_client_connect(lambda client: fit_camera(client, camera))
 
     def _run(self, loop: LoopProcess) -> None:
         """Asks and shows, frame by frame. The loop goes on at its own pace meanwhile."""
@@ -99,6 +104,9 @@ class DrivePage:
                     self.panel.show_error(str(error))
                     self._ends.set()
                 return
+            if snapshot.written != self._written:
+                self._written = snapshot.written
+                self._send_recording(Path(snapshot.written))
             with self._server.atomic():
                 self._show(snapshot)
                 if begin - told >= STATUS_EVERY:
@@ -108,7 +116,17 @@ class DrivePage:
 
     def _request(self) -> Request:
         pushes, reset = self.panel.take(float(self.snapshot.state.euler[0]))
-        return Request(self.panel.command(), self.panel.pull, pushes, reset)
+        number = self.panel.recording
+        record = str(Path(self._folder.name) / f"{number}.npz") if number else ""
+        return Request(self.panel.command(), self.panel.pull, pushes, reset, self.panel.paused, record)
+
+    def _send_recording(self, file: Path) -> None:
+        """Sends a recording to the browser that asked for it, or to another one if that is gone."""
+        name, browser = self.panel.end_recording()
+        clients = self._server.get_clients()
+        client = clients.get(browser, next(iter(clients.values()), None))
+        if client is not None:
+            client.send_file_download(name, file.read_bytes(), save_immediately=True)
 
     def _show(self, snapshot: Snapshot) -> None:
         self.scene.follows = bool(self.panel.follow.value)
@@ -134,3 +152,4 @@ class DrivePage:
         if self._endpoint is not None:
             self._endpoint.close()
         stop_server(self._server)
+        self._folder.cleanup()

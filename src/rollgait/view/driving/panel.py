@@ -17,6 +17,8 @@ from rollgait.mpc.gaits import GAITS
 from rollgait.mpc.settings import CommandLimits
 from rollgait.view.driving.hands import Hands
 from rollgait.view.driving.messages import NO_FORCE, PUSHES_MAX, PushRequest, Snapshot, Vector
+from rollgait.view.panels.keys import add_keys
+from rollgait.view.panels.motion import BAD, DIM, GOOD
 
 PUSH_OF_WEIGHT: Final = 0.087
 """Force of a push over the robot's weight: 100 N for CENTAURO, and no robot is thrown over by a click."""
@@ -33,10 +35,23 @@ SPEED_MIN: Final = 0.05
 DIRECTIONS: Final = {"random": None, "forward": 0.0, "left": 90.0, "back": 180.0, "right": -90.0}
 """Of the push button, from the robot's nose to its left, degrees."""
 MODE_COLOURS: Final = {
-    "tracking": "#2E7D32",
-    "coasting": "#B26A00",
-    "standing": "#B00020",
-    "fallen": "#B00020",
+    "tracking": GOOD,
+    "coasting": "light-dark(#B26A00, #FFB74D)",
+    "standing": BAD,
+    "fallen": BAD,
+    "paused": "light-dark(#41648B, #8FB4DC)",
+}
+RECORD: Final = "Record"
+STOP: Final = "Stop recording and save"
+HOTKEYS: Final[tuple[Any, ...]] = tuple("123456789")
+KEYS: Final = {
+    "w s, a d": "forward, back, to the left, to the right",
+    "q e": "turn to the left, to the right",
+    "space": "stop",
+    "P": "pause, go on",
+    "R": "record, stop and save",
+    "gamepad": "left stick: drive, right stick: turn, B: stop",
+    "Ctrl+K": "all commands by name",
 }
 MODE_NOTES: Final = {"standing": "after a fault; press Reset", "fallen": "press Reset"}
 
@@ -64,8 +79,8 @@ class Panel:
         self._reset = False
         self.pull: Vector = NO_FORCE
         self.gait = gait
+        gui.add_html(pad)  # first: on a phone there is room for little more
         self._status = gui.add_html("")
-        gui.add_html(pad)
         gaits = gui.add_button_group("gait", tuple(GAITS))
         self.speed = gui.add_slider(
             "speed limit (m/s)",
@@ -83,11 +98,30 @@ class Panel:
         gui.add_markdown("Or click the robot's body to push it, and drag it to pull.")
         reset = gui.add_button("Reset", icon=viser.Icon.REFRESH, color="gray", hint="After a fall or a fault")
         self.follow = gui.add_checkbox("keep the robot in the middle", True)
+        self.pause = gui.add_button(
+            "Pause", icon=viser.Icon.PLAYER_PAUSE, color="gray", hint="Time stands still"
+        )
+        self.record = gui.add_button(
+            RECORD, icon=viser.Icon.PLAYER_RECORD, color="gray", hint="A log that rollgait view shows"
+        )
         self._folder = gui.add_folder("show", expand_by_default=False)
         self._gui = gui
         gaits.on_click(lambda event: self._choose(event.target.value))
         push.on_click(lambda _: self._click())
         reset.on_click(lambda _: self._ask_reset())
+        self.paused, self._records, self._recordings = False, False, 0
+        self._browser = -1
+        self.pause.on_click(lambda _: self.toggle_pause())
+        self.record.on_click(lambda event: self.toggle_record(event.client_id or 0))
+        gui.add_command("Pause or go on", hotkey="P").on_trigger(lambda _: self.toggle_pause())
+        gui.add_command("Record or stop recording", hotkey="R").on_trigger(
+            lambda event: self.toggle_record(event.client_id or 0)
+        )
+        for number, name in enumerate(GAITS, start=1):
+            gui.add_command(f"Gait {name}", hotkey=HOTKEYS[number - 1]).on_trigger(
+                partial(self._choose_by_key, name)
+            )
+        add_keys(gui, {**KEYS, f"1 … {len(GAITS)}": ", ".join(GAITS)})
 
     def add_switches(self, titles: tuple[str, ...], switch: Callable[[str, bool], None]) -> None:
         """A switch for each layer of the scene."""
@@ -127,6 +161,9 @@ class Panel:
         if gait in GAITS:
             self.gait = gait
 
+    def _choose_by_key(self, gait: str, _: Any) -> None:
+        self._choose(gait)
+
     def _click(self) -> None:
         direction = self.direction.value
         with self._lock:
@@ -157,6 +194,34 @@ class Panel:
         ended = event.phase == "end"
         self.pull = NO_FORCE if ended else pull_of(event.start_position, event.end_position, self._force)
 
+    # -- pauses and recordings --
+
+    def toggle_pause(self) -> None:
+        """Pauses, or goes on."""
+        self.paused = not self.paused
+        self.pause.label = "Go on" if self.paused else "Pause"
+        self.pause.icon = viser.Icon.PLAYER_PLAY if self.paused else viser.Icon.PLAYER_PAUSE
+
+    def toggle_record(self, browser: int) -> None:
+        """Begins to record, or ends; who has asked last gets the file."""
+        with self._lock:
+            self._browser = browser
+            self._records = not self._records
+            self._recordings += self._records
+            self.record.label = STOP if self._records else RECORD
+
+    @property
+    def recording(self) -> int:
+        """Number of the recording that runs; 0 if none does."""
+        return self._recordings if self._records else 0
+
+    def end_recording(self) -> tuple[str, int]:
+        """A recording has ended: the name of its file, and the number of the browser that shall have it."""
+        with self._lock:
+            self._records = False
+            self.record.label = RECORD
+            return f"drive-{self._recordings}.npz", self._browser
+
     # -- what it says --
 
     def show(self, snapshot: Snapshot) -> None:
@@ -165,7 +230,7 @@ class Panel:
 
     def show_error(self, text: str) -> None:
         """Says that it has come to an end."""
-        self._status.content = f'<div style="margin:0.5em 0.75em;color:#B00020"><b>{escape(text)}</b></div>'
+        self._status.content = f'<div style="margin:0.5em 0.75em;color:{BAD}"><b>{escape(text)}</b></div>'
 
 
 def _switched(switch: Callable[[str, bool], None], title: str, event: Any) -> None:
@@ -213,15 +278,17 @@ def status_html(snapshot: Snapshot) -> str:
         ("solve", f"{1e3 * snapshot.solve[0]:.1f} ms median, {1e3 * snapshot.solve[1]:.1f} ms p99"),
         ("real time", f"× {snapshot.factor:.2f} at {snapshot.rate:.0f} Hz"),
     ]
+    if snapshot.recorded:
+        rows.insert(0, ("recording", f'<b style="color:{BAD}">● {snapshot.recorded:.1f} s</b>'))
     cells = "".join(
-        f'<tr><td style="color:#777;padding-right:1em">{name}</td><td>{value}</td></tr>'
+        f'<tr><td style="color:{DIM};padding-right:1em">{name}</td><td>{value}</td></tr>'
         for name, value in rows
     )
     events = "".join(f"<div>{time:.1f} s: {escape(text)}</div>" for time, text in reversed(snapshot.events))
     return (
         '<div style="margin:0.3em 0.75em;font:12.5px system-ui,sans-serif;line-height:1.45;'
         f'font-variant-numeric:tabular-nums"><table>{cells}</table>'
-        f'<div style="color:#777;height:2.9em;overflow:auto">{events or "no events"}</div></div>'
+        f'<div style="color:{DIM};height:2.9em;overflow:auto">{events or "no events"}</div></div>'
     )
 
 

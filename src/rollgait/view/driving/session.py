@@ -23,6 +23,7 @@ from rollgait.view.driving.messages import (
     Vector,
 )
 from rollgait.view.driving.pace import WINDOW, Pace
+from rollgait.view.driving.recorder import Recorder
 
 SILENCE_MAX: Final = 0.5
 """A page that asks for nothing for so long is gone: the robot stops, s."""
@@ -41,6 +42,7 @@ class Session:
         self, make: Callable[[], ClosedLoop], clock: Callable[[], float] = time.perf_counter
     ) -> None:
         self._make, self._clock = make, clock
+        self._recorder = Recorder()
         self._begin()
         self._request = Request(VelocityCommand())
         self._heard = clock()
@@ -64,9 +66,14 @@ class Session:
         except RollgaitError as error:
             self.loop.mpc.note(f"the page's request was refused: {error}")
             return
+        resumed = self._request.paused and not request.paused
         self._request = request
+        self._recorder.want(request.record, self.loop)
         if request.reset:
+            self._recorder.end(self.loop)
             self._reset()
+        elif resumed:
+            self.pace.restart()
         for push in request.pushes:
             self._push(push)
 
@@ -102,13 +109,15 @@ class Session:
         return self._clock() - self._heard > SILENCE_MAX
 
     def step(self) -> None:
-        """One period; a robot that has fallen lies still."""
+        """One period; a robot that has fallen lies still, and in a pause all does."""
         loop = self.loop
-        if loop.plant.fallen:
+        if loop.plant.fallen or self._request.paused:
             return
         if self.pull != NO_FORCE:
             loop.plant.push(np.array(self.pull), self.period)
+        before, pose = loop.plant.state, getattr(loop.plant, "pose", None)
         _, prediction = loop.step(self.command)
+        self._recorder.add(before, pose, loop)
         self._solve.append(prediction.status.seconds)
         self._wheel_angle = self._wheel_angle + loop.plant.state.speed / self._radius * self.period
         self._acting = [(end, push) for end, push in self._acting if end > loop.time + 1e-9]
@@ -142,9 +151,11 @@ class Session:
             wanted=loop.mpc.wanted,
             actual=(float(c * vx + s * vy), float(c * vy - s * vx), float(state.euler_rate[0])),
             gait=loop.mpc.clock.gait.name,
-            mode="fallen" if fallen else prediction.status.mode,
+            mode="fallen" if fallen else "paused" if self._request.paused else prediction.status.mode,
             solve=(float(np.median(solve)), float(np.percentile(solve, 99))),
             rate=self.pace.rate,
             factor=self.pace.factor,
+            recorded=self._recorder.seconds,
+            written=self._recorder.written,
             events=tuple((event.time, event.text) for event in list(loop.mpc.events)[-EVENTS_SHOWN:]),
         )

@@ -53,10 +53,11 @@ def value_for(handle: Any, value: Any) -> Any:
         return value
     if isinstance(handle, viser.GuiSliderHandle | viser.GuiNumberHandle):
         return _within(value, handle.min, handle.max)
-    if isinstance(handle, viser.GuiVector3Handle):
-        if not isinstance(value, list | tuple) or len(value) != 3:
-            raise RefusedError(f"{shown(value)} is not three numbers")
-        lows, highs = handle.min or (None,) * 3, handle.max or (None,) * 3
+    if isinstance(handle, viser.GuiVector2Handle | viser.GuiVector3Handle):
+        count = 3 if isinstance(handle, viser.GuiVector3Handle) else 2
+        if not isinstance(value, list | tuple) or len(value) != count:
+            raise RefusedError(f"{shown(value)} is not {'three' if count == 3 else 'two'} numbers")
+        lows, highs = handle.min or (None,) * count, handle.max or (None,) * count
         return [_within(*parts) for parts in zip(value, lows, highs, strict=True)]
     raise RefusedError("a page cannot set it")
 

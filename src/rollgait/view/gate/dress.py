@@ -16,7 +16,10 @@ PREFERENCE: Final = (
 """Viser's page reads this when it begins."""
 LOOK: Final = """<style>
 :root { color-scheme: light dark }
-@media (prefers-color-scheme: dark) { canvas[data-engine] { background: #c3cad3 } }
+@media (prefers-color-scheme: dark) {
+  canvas[data-engine] { background: #c3cad3 }
+  [role="tab"][aria-selected="true"], [role="tab"][aria-selected="true"] * { color: #74c0fc !important }
+}
 @media (max-width: 36em) {
   div[style*="width: 20em"] { width: 100% !important }
   div[style*="width: 20em"][style*="max-height"] { max-height: 50% !important }

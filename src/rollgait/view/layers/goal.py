@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from rollgait.plan.samples import Array
+from rollgait.robot.robot import Robot
 from rollgait.view import shapes
-from rollgait.view.clip import Clip
 from rollgait.view.layers.layer import Layer, single
 from rollgait.view.on_ground import ABOVE, frames, laid_segments, on_ground
 from rollgait.view.rotations import turn_z
 from rollgait.view.style import GOAL_COLOUR, SECOND_COLOUR
 
 
-def pad(clip: Clip) -> Array:
-    """Closed outline of the robot on the ground with its nose, about the CoM, (n, 2), m."""
-    stance = clip.robot.stance[:, :2]
+def outline_of(robot: Robot) -> Array:
+    """Closed outline of a robot on the ground with its nose, about the CoM, (n, 2), m."""
+    stance = robot.stance[:, :2]
     fl, fr, hl, hr = stance
     front = 0.5 * (fl + fr) + [0.18, 0.0]
     return np.array([fr, front, fl, hl, hr, fr])
@@ -36,7 +36,7 @@ class StartAndGoal(Layer):
 
     def _outline(self, name: str, place: Array, yaw: float, colour: str):  # type: ignore[no-untyped-def]
         terrain = self.clip.terrain
-        turned = pad(self.clip) @ turn_z(np.array(yaw))[:2, :2].T + place[:2]
+        turned = outline_of(self.clip.robot) @ turn_z(np.array(yaw))[:2, :2].T + place[:2]
         outline = laid_segments(terrain, turned, 3 * ABOVE)
         frame = self.scene.add_frame(self.at(name), show_axes=False)
         self.scene.add_line_segments(

@@ -14,6 +14,7 @@ from rollgait.view.ground_glb import ground_glb
 from rollgait.view.layers.layer import Layer, single
 from rollgait.view.on_ground import grid_lines, is_plane
 from rollgait.view.software import SoftwareScene
+from rollgait.view.standing_clip import KIND, places_of
 
 LIGHT = 0.4
 """Weight of the fine lines; together with the others 1, or viser overshoots where they cross."""
@@ -39,7 +40,10 @@ class Ground(Layer):
 
     def draw(self) -> None:
         s = self.clip.samples
-        low, high = window_around(np.concatenate([s.foot_position.reshape(-1, 3), s.com_position]))
+        places = np.concatenate([s.foot_position.reshape(-1, 3), s.com_position])
+        if self.clip.kind == KIND and self.clip.scenario is not None:  # it is to get there
+            places = np.concatenate([places[:, :2], places_of(self.clip.scenario)])
+        low, high = window_around(places)
         if not is_plane(self.clip.terrain):
             add_terrain(self.scene, self.path, self.clip.terrain, low, high)
             return

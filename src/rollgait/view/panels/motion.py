@@ -15,12 +15,21 @@ from rollgait.view.timeline import Timeline
 
 SPEEDS: Final = {"¼ ×": 0.25, "½ ×": 0.5, "1 ×": 1.0, "2 ×": 2.0}
 STEPS: Final = {"start": None, "◂ frame": -1, "frame ▸": 1, "end": None}
+CAUSES: Final = 3
+"""Of a verdict that are told: more would leave no room on a phone."""
 APART: Final = 0.035
 """Smallest distance of two marks on the timeline, as a share of it, so that their numbers stand apart."""
 GOOD: Final = "light-dark(#2E7D32, #7FC983)"
 BAD: Final = "light-dark(#B00020, #FF8A95)"
 DIM: Final = "var(--mantine-color-dimmed, #666666)"
 """Read on light and on dark."""
+
+
+def brief(verdict: str) -> str:
+    """A verdict with its first causes: the tab Certificate has all."""
+    first, *others = verdict.split(", ")
+    more = others[CAUSES - 1 :]
+    return ", ".join([first, *others[: CAUSES - 1]]) + (f" and {len(more)} more" if more else "")
 
 
 class Header:
@@ -31,12 +40,12 @@ class Header:
 
     def show(self, clip: Clip, ghost: Clip | None) -> None:
         """Says what is shown."""
-        colour = GOOD if clip.passed else BAD
+        colour = DIM if clip.kind == "scenario" else GOOD if clip.passed else BAD
         behind = f'<div style="color:#5B7FA6">ghost: {escape(ghost.name)}</div>' if ghost else ""
         self.html.content = (
             '<div style="margin:0.3em 0.75em;font:12.5px system-ui,sans-serif;line-height:1.45">'
             f"<b>{escape(clip.name)}</b> · {escape(clip.robot.name)} · {clip.horizon:.4g} s<br>"
-            f'<span style="color:{colour};font-weight:600">{escape(clip.verdict)}</span>'
+            f'<span style="color:{colour};font-weight:600">{escape(brief(clip.verdict))}</span>'
             f"{behind}</div>"
         )
 
@@ -75,6 +84,9 @@ class TimePanel:
             order=1.0,
         )
         self.slider.on_update(self._scrubbed)
+        moves = clip.kind != "scenario"  # what stands still needs the room for its design
+        for handle in (self.slider, self.play, self.steps, self.speed, self.loop):
+            handle.visible = moves
 
     def follow(self) -> None:
         """Shows the time of the timeline."""

@@ -1,0 +1,164 @@
+"""`rollgait bridge`: drive a robot over the topics of ROS 2, or a simulated one in another process."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rollgait.cli.arguments import Kernels
+from rollgait.cli.controlled import stopping
+from rollgait.cli.progress import StatusLine
+
+if TYPE_CHECKING:
+    from rollgait.hardware.bridge import Bridge
+    from rollgait.hardware.transports.transport import Slowed, Transport
+    from rollgait.mpc.prediction import Event
+    from rollgait.plan.plan import Plan
+    from rollgait.robot.robot import Robot
+
+
+def bridge(
+    robot: Annotated[
+        str, typer.Argument(metavar="ROBOT", help="Name of a robot ('rollgait robots') or a YAML file.")
+    ] = "centauro",
+    plan: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="PLAN.npz",
+            help="Carry out this plan once the robot is up, while /enable is repeated. "
+            "Repeatable: one after the other.",
+        ),
+    ] = None,
+    gait: Annotated[str, typer.Option(metavar="NAME", help="Gait in which commands are followed.")] = "drive",
+    domain: Annotated[
+        int | None, typer.Option(metavar="N", help="Domain of ROS 2. Default: ROS_DOMAIN_ID, or 0.")
+    ] = None,
+    simulate: Annotated[
+        bool, typer.Option("--simulate", help="Start a simulated robot in another process, and drive that.")
+    ] = False,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the simulated sensors.")] = 0,
+    slow: Annotated[
+        float,
+        typer.Option(metavar="FACTOR", min=1.0, max=50.0, help="Simulate in slow motion, so slow."),
+    ] = 1.0,
+    foxglove: Annotated[
+        bool, typer.Option("--foxglove", help="Say everything to Foxglove as well, on a WebSocket.")
+    ] = False,
+    foxglove_port: Annotated[
+        int, typer.Option(metavar="PORT", min=0, max=65535, help="Its port; 0 takes a free one.")
+    ] = 8765,
+    foxglove_commands: Annotated[
+        bool,
+        typer.Option(
+            "--foxglove-commands", help="Take commands from Foxglove: from any page on this machine."
+        ),
+    ] = False,
+    torque: Annotated[
+        float, typer.Option(metavar="SHARE", min=0.01, max=1.0, help="Of the torque limits that may be used.")
+    ] = 1.0,
+    speed: Annotated[
+        float, typer.Option(metavar="SHARE", min=0.01, max=1.0, help="Of the joints' speed limits, likewise.")
+    ] = 1.0,
+    kernels: Kernels = True,
+    seconds: Annotated[
+        float | None, typer.Option(metavar="S", min=0.0, help="End after this time; by default at Ctrl-C.")
+    ] = None,
+) -> None:
+    """Drive a robot over ROS 2's topics, without ROS.
+
+    Reads joint states, IMU and odometry, cmd_vel or goal_pose; writes joint commands, plan, tf, markers and
+    diagnostics. Nothing moves before /enable turns from false to true; with false the robot lies down, and so
+    it does at Ctrl-C. A second Ctrl-C ends at once. Read docs/hardware.md before you drive a robot with it.
+
+    Exit status: 0 if the robot lies or was never enabled, 1 if it had to stand, 2 wrong input.
+    """
+    from rollgait.errors import InputError
+    from rollgait.hardware.topics import types
+    from rollgait.hardware.transports.dds import domain_of, need_dds
+    from rollgait.mpc.gaits import find_gait
+    from rollgait.robot.library import find_robot
+    from rollgait.robot.whole_body import find_whole_body
+
+    types()
+    need_dds()
+    number, body = domain_of(domain), find_robot(robot)
+    find_whole_body(body)
+    find_gait(gait)
+    from rollgait.hardware.robot_process import RobotProcess, RobotSetup
+    from rollgait.hardware.transports.transport import Slowed
+    from rollgait.plan.plan import Plan as PlanFile
+
+    plans = [PlanFile.load(path) for path in plan or ()]
+    if slow != 1.0 and not simulate:
+        raise InputError("slow", slow, "is for simulated robots: hardware does not wait")
+    transport = _transport(number, foxglove or foxglove_commands, foxglove_port, foxglove_commands)
+    slowed = Slowed(transport, slow)
+    other = None
+    try:
+        with StatusLine("building the controller …"):
+            if simulate:
+                other = RobotProcess(RobotSetup(robot, number, seed, slow=slow))
+            driven = _built(body, slowed, gait, plans, (speed, torque), kernels)
+        _run(driven, slowed, seconds)
+    finally:
+        transport.close()
+        if other is not None:
+            other.close()
+    if driven.phase == "stopped":
+        raise typer.Exit(1)
+
+
+def _transport(domain: int, foxglove: bool, port: int, commands: bool) -> Transport:
+    from rollgait.hardware.transports.dds import DdsTransport
+    from rollgait.hardware.transports.transport import Several
+
+    dds = DdsTransport(domain)
+    print(f"ROS 2 on domain {domain}", flush=True)
+    if not foxglove:
+        return dds
+    from rollgait.hardware.transports.foxglove import FoxgloveTransport
+
+    server = FoxgloveTransport(port, commands=commands)
+    print(f"Foxglove: ws://127.0.0.1:{server.port}", flush=True)
+    return Several(dds, [server])
+
+
+def _built(
+    robot: Robot,
+    transport: Slowed,
+    gait: str,
+    plans: list[Plan],
+    shares: tuple[float, float],
+    kernels: bool,
+) -> Bridge:
+    """The bridge. Raises what is wrong with the robot or the shares."""
+    from rollgait.hardware.bridge import Bridge, BridgeSettings
+    from rollgait.hardware.last_stage import StageLimits
+    from rollgait.mpc.mpc import Mpc
+
+    speed, torque = shares
+    settings = BridgeSettings(limits=StageLimits(speed_share=speed, torque_share=torque))
+    mpc = Mpc(robot, kernels=kernels)
+    return Bridge(mpc, transport, clock=transport.clock, gait=gait, plans=plans, settings=settings)
+
+
+def _run(bridge: Bridge, transport: Slowed, seconds: float | None) -> None:
+    """Runs it, and says what happens as it does."""
+    from rollgait.hardware.reports import Reports
+    from rollgait.hardware.running import run
+
+    print("waits for /enable to turn from false to true; Ctrl-C ends", flush=True)
+    begin = transport.clock()
+    with stopping() as stop:
+
+        def ends() -> bool:
+            return stop.is_set() or (seconds is not None and transport.clock() - begin >= seconds)
+
+        def hear(event: Event) -> None:
+            print(f"{event.time:7.2f} s  {event.text}", flush=True)
+
+        run(bridge, Reports(transport, transport.clock), ends, hear)
+    lost, missed = bridge.plant.sensors.lost, bridge.plant.stalls
+    print(f"{bridge.phase} after {bridge.plant.time:.1f} s; {lost} messages lost, {missed} periods missed")

@@ -1,0 +1,1 @@
+"""A robot driven over a transport: messages in, a controller between, joint commands out."""

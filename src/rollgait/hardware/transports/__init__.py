@@ -1,0 +1,1 @@
+"""How bytes travel: within a process, by DDS, by Foxglove's WebSocket."""

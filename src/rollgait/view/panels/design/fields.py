@@ -1,0 +1,79 @@
+"""Controls that show keys of the draft and change them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import viser
+
+from rollgait.scenario.scenario import Scenario
+
+Change = Callable[[Mapping[str, Any], str], None]
+"""Takes values by their dotted keys, and the stroke."""
+Read = Callable[[Scenario], Any]
+
+
+class Fields:
+    """Controls of which each has its key.
+
+    Args:
+        change: what a person sets goes here.
+    """
+
+    def __init__(self, change: Change) -> None:
+        self._change = change
+        self._bound: list[tuple[Any, Read]] = []
+
+    def bind(self, handle: Any, read: Read, write: Callable[[Any], Mapping[str, Any]], stroke: str) -> Any:
+        """A control, how its value is read from a scenario, and which keys a value of it sets."""
+        self._bound.append((handle, read))
+        handle.on_update(by_a_person(lambda _: self._change(write(handle.value), stroke)))
+        return handle
+
+    def key(self, handle: Any, key: str) -> Any:
+        """A control of one dotted key of the scenario."""
+        return self.bind(handle, lambda scenario: _at(scenario, key), lambda value: {key: value}, key)
+
+    def show(self, scenario: Scenario) -> None:
+        """Shows the values of a scenario."""
+        for handle, read in self._bound:
+            put(handle, read(scenario))
+
+    def forget(self) -> None:
+        """Takes all controls away."""
+        for handle, _ in self._bound:
+            handle.remove()
+        self._bound = []
+
+
+def put(handle: Any, value: Any) -> None:
+    """Shows a value; one that is shown already is not sent again."""
+    if isinstance(value, list):
+        value = tuple(value)
+    if value is not None and handle.value != value:
+        handle.value = value
+
+
+def choose(handle: Any, options: tuple[str, ...], value: str) -> None:
+    """Shows choices, and which one it is."""
+    if tuple(handle.options) != options:
+        handle.options = options
+    put(handle, value)
+
+
+def by_a_person(action: Callable[[viser.ClientHandle], None]) -> Callable[[Any], None]:
+    """The action, done only for what comes from a browser: our own changes of a control come back, too."""
+
+    def act(event: Any) -> None:
+        if event.client is not None:
+            action(event.client)
+
+    return act
+
+
+def _at(scenario: Scenario, key: str) -> Any:
+    value: Any = scenario
+    for name in key.split("."):
+        value = getattr(value, name)
+    return value
