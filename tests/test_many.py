@@ -18,6 +18,7 @@ import pytest
 import rollgait as rg
 from rollgait.errors import FileError, MissingExtraError, RollgaitError, UnknownNameError
 from rollgait.ocp.term import Data
+from tests.clusters import dask_cluster
 
 BASE = rg.Scenario.from_dict(
     {"robot": "centauro-2020", "goal": {"x": 0.1}, "horizon": 1.6, "interval": 0.2, "gait": "drive"}
@@ -181,14 +182,7 @@ rg.plan_many(scenarios, workers=2, folder=sys.argv[1])
 
 
 def test_a_dask_cluster_carries_the_same_call() -> None:
-    distributed = pytest.importorskip("dask.distributed")
-    with (
-        distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
-        ) as cluster,
-        distributed.Client(cluster),
-        joblib.parallel_config(backend="dask"),
-    ):
+    with dask_cluster():
         outcomes = rg.plan_many(GOOD)
     for outcome, scenario in zip(outcomes, GOOD.values(), strict=True):
         assert same(outcome.plan, rg.plan(scenario))

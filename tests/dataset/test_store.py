@@ -12,7 +12,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-import joblib
 import numpy as np
 import pytest
 
@@ -21,6 +20,7 @@ from rollgait.config import dump_yaml
 from rollgait.dataset import Spec
 from rollgait.dataset.store import Store
 from rollgait.errors import FileError
+from tests.clusters import dask_cluster
 from tests.dataset.builders import BASE, spec
 
 pandas = pytest.importorskip("pandas")
@@ -199,14 +199,7 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path: Path, end: signal.Signals) 
 
 
 def test_a_dask_cluster_makes_the_same_rows(library: rg.Dataset, tmp_path: Path) -> None:
-    distributed = pytest.importorskip("dask.distributed")
-    with (
-        distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
-        ) as cluster,
-        distributed.Client(cluster),
-        joblib.parallel_config(backend="dask"),
-    ):
+    with dask_cluster():
         other = rg.plan_dataset(Spec.from_dict(spec(3)), tmp_path / "dask", quiet=True)
     assert (
         other.table(["status", "cost"]).to_pydict()

@@ -47,8 +47,8 @@ def view(
     """
     number = port_from(port)
     need_view("the viewer")
+    from rollgait.view.entry import view as open_view
     from rollgait.view.gate.access import is_loopback
-    from rollgait.view.viewer import view as open_view
 
     viewer = open_view(_first() if file is None else file, compare, host=host, port=number)
     print(f"{viewer.clip.name}: {viewer.clip.verdict}")

@@ -125,41 +125,30 @@ def _of_body(s: Samples, robot: Robot, terrain: Terrain) -> Sampled:
 
 
 def _of_joints(joints: JointTrajectory, index: NDArray[np.intp]) -> Sampled:
-    s = joints.reference.at(index)
-    return Sampled(
-        robot=joints.robot,
-        samples=s,
-        whole=True,
-        base_position=joints.base_position[index],
-        base_quaternion=joints.base_quaternion[index],
-        base_velocity=joints.base_velocity[index],
-        joint_names=joints.joint_names,
-        joint_position=joints.joint_position[index],
-        joint_velocity=joints.joint_velocity[index],
-        joint_effort=joints.joint_torque[index],
-        wheel_angle=wheel_angle(s, joints.robot),
-        terrain=terrain_of(joints),
-    )
+    return _of_whole_body(joints, joints.reference.at(index), index)
 
 
 def _of_simulation(log: SimulationLog, index: NDArray[np.intp]) -> Sampled:
     """What the robot did; its feet are where its joints have them."""
     from rollgait.simulation.log_samples import samples_of_log
 
-    s = samples_of_log(log, index, log.time[index])
+    return _of_whole_body(log, samples_of_log(log, index, log.time[index]), index)
+
+
+def _of_whole_body(motion: JointTrajectory | SimulationLog, s: Samples, index: NDArray[np.intp]) -> Sampled:
     return Sampled(
-        robot=log.robot,
+        robot=motion.robot,
         samples=s,
         whole=True,
-        base_position=log.base_position[index],
-        base_quaternion=log.base_quaternion[index],
-        base_velocity=log.base_velocity[index],
-        joint_names=log.joint_names,
-        joint_position=log.joint_position[index],
-        joint_velocity=log.joint_velocity[index],
-        joint_effort=log.joint_torque[index],
-        wheel_angle=wheel_angle(s, log.robot),
-        terrain=terrain_of(log),
+        base_position=motion.base_position[index],
+        base_quaternion=motion.base_quaternion[index],
+        base_velocity=motion.base_velocity[index],
+        joint_names=motion.joint_names,
+        joint_position=motion.joint_position[index],
+        joint_velocity=motion.joint_velocity[index],
+        joint_effort=motion.joint_torque[index],
+        wheel_angle=wheel_angle(s, motion.robot),
+        terrain=terrain_of(motion),
     )
 
 

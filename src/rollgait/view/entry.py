@@ -29,6 +29,7 @@ def view(motion: Any, compare: Any = None, *, host: str = "127.0.0.1", port: int
         MissingExtraError: the extra `view` is not installed.
     """
     need_view("the viewer")
-    from rollgait.view.viewer import view as open_viewer
+    from rollgait.view.opening import clip_of
+    from rollgait.view.viewer import Viewer
 
-    return open_viewer(motion, compare, host=host, port=port)
+    return Viewer(clip_of(motion), None if compare is None else clip_of(compare), host, port)

@@ -31,7 +31,7 @@ from rollgait.view.exports import NEED_JOINTS, exported
 from rollgait.view.gate.uploads import check_unpacked
 from rollgait.view.layers.layer import GHOST
 from rollgait.view.lights import add_lights, cast_shadows
-from rollgait.view.opening import clip_of, open_clip
+from rollgait.view.opening import open_clip
 from rollgait.view.panels.certificate import CertificatePanel
 from rollgait.view.panels.files import FilesPanel
 from rollgait.view.panels.keys import add_keys
@@ -416,21 +416,6 @@ class Viewer:
             self._show(clip, None if self.ghost is None else self.ghost.clip)
         if export is not None:
             self._send_export(*export)
-
-
-def view(motion: Any, compare: Any = None, *, host: str = LOOPBACK, port: int = PORT) -> Viewer:
-    """Opens the viewer of a motion and returns at once; it lives until `close` or the end of the program.
-
-    Args:
-        motion: a plan, joints, a simulation, a run of the controller, a scenario, or the file of one.
-        compare: another one to show as a ghost.
-        host: address to listen on.
-        port: 0 takes a free one.
-
-    Raises:
-        InputError: a file is not what it should be, or the port cannot be had.
-    """
-    return Viewer(clip_of(motion), None if compare is None else clip_of(compare), host, port)
 
 
 def _window(scenario: Scenario | None) -> list[float]:
