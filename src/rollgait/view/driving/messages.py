@@ -40,6 +40,7 @@ class Request:
         reset: begin anew after a fall or a fault.
         paused: time stands still until a request that says otherwise.
         record: file into which the run is to be recorded; what was recorded is written when this is "" again.
+        stops: how often somebody has pressed stop by now.
     """
 
     command: VelocityCommand
@@ -48,6 +49,7 @@ class Request:
     reset: bool = False
     paused: bool = False
     record: str = ""
+    stops: int = 0
 
     def check(self) -> None:
         """Raises `InputError` for numbers that are none, and for a gait that is not known."""

@@ -118,7 +118,8 @@ class DrivePage:
         pushes, reset = self.panel.take(float(self.snapshot.state.euler[0]))
         number = self.panel.recording
         record = str(Path(self._folder.name) / f"{number}.npz") if number else ""
-        return Request(self.panel.command(), self.panel.pull, pushes, reset, self.panel.paused, record)
+        command, stops = self.panel.command(), self.hands.stops
+        return Request(command, self.panel.pull, pushes, reset, self.panel.paused, record, stops)
 
     def _send_recording(self, file: Path) -> None:
         """Sends a recording to the browser that asked for it, or to another one if that is gone."""

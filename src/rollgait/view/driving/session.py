@@ -5,13 +5,15 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from rollgait.errors import RollgaitError
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.loop import ClosedLoop
+from rollgait.pace import WINDOW, Pace
+from rollgait.view.driving.hands import PATIENCE
 from rollgait.view.driving.messages import (
     NO_FORCE,
     PUSHES_MAX,
@@ -22,12 +24,16 @@ from rollgait.view.driving.messages import (
     Snapshot,
     Vector,
 )
-from rollgait.view.driving.pace import WINDOW, Pace
 from rollgait.view.driving.recorder import Recorder
 
-SILENCE_MAX: Final = 0.5
-"""A page that asks for nothing for so long is gone: the robot stops, s."""
+if TYPE_CHECKING:
+    from rollgait.hardware.window import Window
+
+SILENCE_MAX: Final = PATIENCE
+"""A page that asks for nothing for so long is gone, as a browser is: the robot stops, s."""
 EVENTS_SHOWN: Final = 6
+TWIST: Final = ("forward", "lateral", "turn_rate")
+"""What of a command moves the robot."""
 
 
 class Session:
@@ -36,12 +42,17 @@ class Session:
     Args:
         make: builds the loop, at first and after a fall.
         clock: seconds of wall time that only go on.
+        window: through which others look, and perhaps drive while the page asks for nothing.
     """
 
     def __init__(
-        self, make: Callable[[], ClosedLoop], clock: Callable[[], float] = time.perf_counter
+        self,
+        make: Callable[[], ClosedLoop],
+        clock: Callable[[], float] = time.perf_counter,
+        window: Window | None = None,
     ) -> None:
-        self._make, self._clock = make, clock
+        self._make, self._clock, self._window = make, clock, window
+        self._stopped_outside = False
         self._recorder = Recorder()
         self._begin()
         self._request = Request(VelocityCommand())
@@ -67,6 +78,7 @@ class Session:
             self.loop.mpc.note(f"the page's request was refused: {error}")
             return
         resumed = self._request.paused and not request.paused
+        self._stopped_outside |= request.stops != self._request.stops
         self._request = request
         self._recorder.want(request.record, self.loop)
         if request.reset:
@@ -93,11 +105,26 @@ class Session:
 
     @property
     def command(self) -> VelocityCommand:
-        """What is asked for now: nothing but gait and height if the page is silent."""
+        """What is asked for now; nothing but gait and height by a page that is silent.
+
+        The page goes before who commands from outside: whoever sits there sees the robot.
+        """
         command = self._request.command
-        if not self._silent:
+        if self._silent:
+            command = command.model_copy(update=dict.fromkeys(TWIST, 0.0))
+        outside = self._from_outside()
+        if outside is None or any(getattr(command, name) for name in TWIST):
             return command
-        return command.model_copy(update={"forward": 0.0, "lateral": 0.0, "turn_rate": 0.0})
+        return command.model_copy(update={name: getattr(outside, name) for name in TWIST})
+
+    def _from_outside(self) -> VelocityCommand | None:
+        """What is asked for from outside; after a stop on the page only once it has been silent there."""
+        operator = None if self._window is None else self._window.operator
+        if operator is None or operator.silent:
+            self._stopped_outside = False
+            return None
+        asked = operator.command(self._request.command.gait)
+        return asked if isinstance(asked, VelocityCommand) and not self._stopped_outside else None
 
     @property
     def pull(self) -> Vector:
@@ -111,6 +138,8 @@ class Session:
     def step(self) -> None:
         """One period; a robot that has fallen lies still, and in a pause all does."""
         loop = self.loop
+        if self._window is not None:
+            self._window.listen()
         if loop.plant.fallen or self._request.paused:
             return
         if self.pull != NO_FORCE:
@@ -121,6 +150,8 @@ class Session:
         self._solve.append(prediction.status.seconds)
         self._wheel_angle = self._wheel_angle + loop.plant.state.speed / self._radius * self.period
         self._acting = [(end, push) for end, push in self._acting if end > loop.time + 1e-9]
+        if self._window is not None:
+            self._window.after(loop, self.pace.factor)
 
     def snapshot(self) -> Snapshot:
         """How it goes now."""
