@@ -36,6 +36,8 @@ COMMANDS: Final = (VELOCITY, GOAL, ENABLE, HEIGHTS)
 """What the bridge reads, from the robot and from above."""
 OUTPUTS: Final = (JOINT_COMMANDS, PLAN, TF, MARKERS, DIAGNOSTICS)
 """What it writes."""
+SHOWN: Final = (JOINT_STATES, ODOMETRY, *OUTPUTS)
+"""What a window onto a simulated run says."""
 
 
 @lru_cache(maxsize=1)

@@ -18,6 +18,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Final
 
 from rollgait.errors import RollgaitError
+from rollgait.hardware.topics import SHOWN
 from rollgait.hardware.transports.reach import Reach, opened
 from rollgait.hardware.transports.transport import Receive
 from rollgait.ros.topics import Topic
@@ -164,7 +165,7 @@ def _run(words: Connection, answers: Connection, reach: Reach) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for who started it, who hangs up
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
     try:
-        transport, said = opened(reach)
+        transport, said = opened(reach, SHOWN)
     except RollgaitError as error:
         answers.send(error)
         return

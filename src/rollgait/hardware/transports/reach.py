@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+from rollgait.hardware.topics import OUTPUTS
 from rollgait.hardware.transports.dds import DdsTransport, domain_of, need_dds
 from rollgait.hardware.transports.foxglove import FoxgloveTransport, need_foxglove
 from rollgait.hardware.transports.transport import Several, Transport
+from rollgait.ros.topics import Topic
 
 
 @dataclass(frozen=True)
@@ -44,18 +47,23 @@ def reach_of(domain: int | None, foxglove: bool, port: int, commands: bool = Fal
     return Reach(domain_of(domain), port if served else None, commands)
 
 
-def opened(reach: Reach) -> tuple[Transport, tuple[str, ...]]:
+def opened(reach: Reach, topics: Sequence[Topic] = OUTPUTS) -> tuple[Transport, tuple[str, ...]]:
     """The transport, and what a person wants to know of it, line by line.
+
+    Args:
+        reach: which transports.
+        topics: that will be published.
 
     Raises:
         InputError: the port is in use.
     """
     dds = DdsTransport(reach.domain)
+    dds.advertise(topics)
     said = (f"ROS 2 on domain {reach.domain}",)
     if reach.foxglove is None:
         return dds, said
     try:
-        server = FoxgloveTransport(reach.foxglove, commands=reach.foxglove_commands)
+        server = FoxgloveTransport(reach.foxglove, commands=reach.foxglove_commands, topics=topics)
     except BaseException:
         dds.close()
         raise
