@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rollgait.config import Config, NonNegative, Positive
+from rollgait.errors import InputError
 from rollgait.hardware.last_stage import COMMAND_AGE_MAX, LastStage, bounds_of
 from rollgait.hardware.postures import rise_of
 from rollgait.hardware.topics import IMU, JOINT_COMMANDS, TRUTH, decoded, encoded
@@ -85,6 +86,9 @@ class SimulatedRobot:
         disturbances: what else is not as a controller takes it.
         tells_truth: whether it says the truth as well, on `/truth`, for who reports errors.
 
+    Raises:
+        InputError: the ground is not known under its feet.
+
     Attributes:
         joint_names: of the n_j joints.
         held: whether the drives hold because no command has come for `COMMAND_AGE_MAX`.
@@ -119,7 +123,7 @@ class SimulatedRobot:
             self.joint_names,
             gains_of(robot, body, self.joint_names),
             disturbances or Disturbances(),
-            _resting(model, joints, place),
+            _resting(model, joints, place, terrain),
             rest,
             ground=0.0,
             begins=SETTLING,
@@ -284,12 +288,18 @@ class SimulatedRobot:
         return np.asarray(values + deviation * self._random.normal(size=len(values)))
 
 
-def _resting(model: WholeBodyModel, joints: Array, place: tuple[float, float, float]) -> Pose:
-    """Level, with its lowest foot on the ground and its CoM at a place."""
+def _resting(
+    model: WholeBodyModel, joints: Array, place: tuple[float, float, float], terrain: Terrain | None
+) -> Pose:
+    """Level, with a foot on the ground and none in it, and its CoM at a place."""
     x, y, yaw = place
     quaternion = Rotation.from_euler("z", yaw).as_quat()
     body = model.state(np.concatenate([np.zeros(3), quaternion, joints]))
-    p_base = np.array([x, y, 0.0]) - [*body.p_com[:2], body.p_foot[:, 2].min()]
+    feet = body.p_foot + np.array([x - body.p_com[0], y - body.p_com[1], 0.0])
+    ground = np.zeros(len(feet)) if terrain is None else terrain.height(feet[:, 0], feet[:, 1])
+    if not np.isfinite(ground).all():
+        raise InputError("ground", "unknown", "must be known where the robot is to stand")
+    p_base = np.array([x - body.p_com[0], y - body.p_com[1], float(np.max(ground - feet[:, 2]))])
     return Pose(p_base, quaternion, joints)
 
 
