@@ -32,7 +32,7 @@ from rollgait.ros.topics import BASE_LINK, JOINT_STATES, ODOM, ODOMETRY, Topic
 from rollgait.simulation.controller import JointReference
 from rollgait.simulation.drives import gains_of
 from rollgait.simulation.joint_path import JointPath
-from rollgait.simulation.measure import StateReader, axles_to_the_left
+from rollgait.simulation.measure import StateReader, reader_at
 from rollgait.simulation.physics import Physics, Pose
 from rollgait.simulation.plant import PRESSING, SMOOTHING
 from rollgait.simulation.world import TIME_STEP
@@ -160,8 +160,7 @@ class SimulatedRobot:
             known.heading,
             np.zeros(4),
         )
-        wheels = np.array([leg.wheel is not None for leg in model.legs])
-        return StateReader(world, axles_to_the_left(world, self._physics.data, start, wheels), start)
+        return reader_at(world, self._physics.data, model, start)
 
     # -- the truth --------------------------------------------------------------------------------------
 
@@ -246,25 +245,25 @@ class SimulatedRobot:
     # -- sensors ----------------------------------------------------------------------------------------
 
     def _measure(self) -> None:
-        data, world = self._physics.data, self._physics.world
+        pose, velocity = self._physics.pose, self._physics.velocity
         now = round(1e9 * (self.time + 1.0))  # a stamp of 0 means "the latest" to tf
         noise = self._noise
-        R = Rotation.from_quat(np.roll(data.qpos[3:7], -1))
+        R = Rotation.from_quat(pose.base_quaternion)
         joints = messages.joint_state(
             now,
             self.joint_names,
-            self._noisy(data.qpos[world.position], noise.joint_position),
-            self._noisy(data.qvel[world.velocity], noise.joint_velocity),
-            self._noisy(data.actuator_force, noise.effort),
+            self._noisy(pose.joint_position, noise.joint_position),
+            self._noisy(velocity.joint_velocity, noise.joint_velocity),
+            self._noisy(self._physics.data.actuator_force, noise.effort),
         )
-        acceleration = (data.qvel[:3] - self._velocity) / noise.period + [0.0, 0.0, GRAVITY]
-        self._velocity = data.qvel[:3].copy()
+        acceleration = (velocity.base_linear - self._velocity) / noise.period + [0.0, 0.0, GRAVITY]
+        self._velocity = velocity.base_linear
         tilted = R * Rotation.from_rotvec(self._noisy(np.zeros(3), noise.tilt))
         imu: Fields = {
             "header": messages.header(now, BASE_LINK),
             "orientation": messages.quaternion(tilted.as_quat()),
             "orientation_covariance": _covariance(noise.tilt, 3),
-            "angular_velocity": messages.vector(self._noisy(data.qvel[3:6], noise.angular_velocity)),
+            "angular_velocity": messages.vector(self._noisy(velocity.base_angular, noise.angular_velocity)),
             "angular_velocity_covariance": _covariance(noise.angular_velocity, 3),
             "linear_acceleration": messages.vector(
                 self._noisy(R.inv().apply(acceleration), noise.acceleration)
@@ -274,9 +273,9 @@ class SimulatedRobot:
         turned = Rotation.from_rotvec([0.0, 0.0, *self._noisy(np.zeros(1), noise.yaw)]) * R
         odometry = messages.odometry(
             now,
-            FramePose(ODOM, BASE_LINK, self._noisy(data.qpos[:3], noise.place), turned.as_quat()),
-            self._noisy(R.inv().apply(data.qvel[:3]), noise.velocity),
-            self._noisy(data.qvel[3:6], noise.angular_velocity),
+            FramePose(ODOM, BASE_LINK, self._noisy(pose.base_position, noise.place), turned.as_quat()),
+            self._noisy(R.inv().apply(velocity.base_linear), noise.velocity),
+            self._noisy(velocity.base_angular, noise.angular_velocity),
         )
         due = self.time + noise.latency
         for topic, message in ((IMU, imu), (ODOMETRY, odometry), (JOINT_STATES, joints)):
