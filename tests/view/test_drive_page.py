@@ -59,6 +59,14 @@ def joystick(page: Any) -> Any:
     return page.frame_locator("iframe[title=joystick]")
 
 
+def middle(page: Any, name: str) -> tuple[float, float]:
+    """Of a handle of the joystick, pixels in the window; brought into sight, as other tests scroll."""
+    handle = joystick(page).get_by_label(name)
+    handle.scroll_into_view_if_needed()
+    box = handle.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+
+
 def place(drive: DrivePage) -> np.ndarray:
     return drive.snapshot.state.com_position.copy()
 
@@ -113,8 +121,7 @@ def test_w_drives_forward_and_letting_go_stops_it(page: Any, drive: DrivePage) -
 
 
 def test_the_joystick_drives_to_the_left_and_the_lever_turns(page: Any, drive: DrivePage) -> None:
-    stick = joystick(page).get_by_label("joystick").bounding_box()
-    x, y = stick["x"] + stick["width"] / 2, stick["y"] + stick["height"] / 2
+    x, y = middle(page, "joystick")
     begin = place(drive)
     page.mouse.move(x, y)
     page.mouse.down()
@@ -123,8 +130,7 @@ def test_the_joystick_drives_to_the_left_and_the_lever_turns(page: Any, drive: D
     wait_until(lambda: place(drive)[1] > begin[1] + 0.1)
     page.mouse.up()
     comes_to_rest(drive)
-    lever = joystick(page).get_by_label("lever").bounding_box()
-    x, y = lever["x"] + lever["width"] / 2, lever["y"] + lever["height"] / 2
+    x, y = middle(page, "lever")
     yaw = float(drive.snapshot.state.euler[0])
     page.mouse.move(x, y)
     page.mouse.down()
