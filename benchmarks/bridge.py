@@ -90,7 +90,7 @@ def measured(seconds: float) -> tuple[list[tuple[str, ...]], bool]:
     here.recv()
     transport = DdsTransport(DOMAIN)
     count, heard_here = round(seconds / PERIOD), 0
-    stamps, times = np.zeros(count + SPARE, dtype=np.int64), np.zeros(count + SPARE)  # lists would grow
+    stamps, times = np.full(count + SPARE, -1), np.full(count + SPARE, np.nan)  # lists would grow
     answers = Stream(PERIOD)
 
     def receive(data: bytes) -> None:
@@ -116,7 +116,7 @@ def measured(seconds: float) -> tuple[list[tuple[str, ...]], bool]:
     heard_here = 0
     answers.lost = 0
     first = number + 1
-    sent = np.zeros(count)
+    sent = np.full(count, np.nan)
     sizes = []
     due = time.perf_counter()
     for k in range(count):
