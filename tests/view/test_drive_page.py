@@ -18,6 +18,8 @@ pytest.importorskip("pinocchio", reason="needs the extra whole-body")
 
 from rollgait.mpc.gaits import GAITS  # isort: skip
 from rollgait.mpc.log import MpcLog  # isort: skip
+from rollgait.mpc.plans.manoeuvres import manoeuvres_of  # isort: skip
+from rollgait.robot.library import find_robot  # isort: skip
 from rollgait.view.driving.page import DrivePage  # isort: skip
 from rollgait.view.driving.process import Setup  # isort: skip
 from rollgait.view.opening import open_clip  # isort: skip
@@ -30,6 +32,8 @@ GAMEPAD = """navigator.getGamepads = () => {
     return axes ? [{ connected: true, axes, buttons: [{}, { pressed }] }] : [];
 }"""
 """A browser in a test has no gamepad: this one is moved by the test."""
+PLANNED_WITHIN = 120.0
+"""s of wall time: the process that plans begins, and may have to compile."""
 HELD = 2000
 """How long a key is held, ms."""
 DRIVEN = 0.8
@@ -40,7 +44,9 @@ ON_THE_BODY = (350, 250)
 
 @pytest.fixture(scope="module")
 def drive() -> Iterator[DrivePage]:
-    page = DrivePage(Setup("centauro", "mujoco", "drive"), port=0)
+    page = DrivePage(
+        Setup("centauro", "mujoco", "drive", manoeuvres=manoeuvres_of(find_robot("centauro"))), port=0
+    )
     yield page
     page.close()
 
@@ -174,6 +180,18 @@ def test_the_push_button_and_a_click_on_the_body_push(page: Any, drive: DrivePag
     assert y > 0.0
     assert z == 0.0
     wait_until(lambda: not drive.snapshot.pushed.any())
+    assert drive.snapshot.mode == "tracking"
+
+
+def test_a_manoeuvre_is_planned_carried_out_and_stopped_by_a_key(page: Any, drive: DrivePage) -> None:
+    begin = place(drive)
+    page.get_by_role("button", name="Climb what is ahead").click()
+    wait_until(lambda: "coming to rest" in drive.snapshot.manoeuvre)
+    wait_until(lambda: "following" in drive.snapshot.manoeuvre, PLANNED_WITHIN)
+    wait_until(lambda: np.hypot(*(place(drive) - begin)[:2]) > 0.1)
+    page.keyboard.press("Space")
+    wait_until(lambda: drive.snapshot.manoeuvre == "")
+    comes_to_rest(drive)
     assert drive.snapshot.mode == "tracking"
 
 

@@ -103,12 +103,16 @@ class Hands:
     Args:
         patience: how long a silent one is believed, s.
         clock: seconds that only go on.
+
+    Attributes:
+        stops: how often somebody asked for a stop.
     """
 
     def __init__(self, patience: float = PATIENCE, clock: Callable[[], float] = time.monotonic) -> None:
         self._patience, self._clock = patience, clock
         self._held: dict[Any, tuple[float, Wish]] = {}
         self._stopped: set[Any] = set()
+        self.stops = 0
         self._lock = threading.Lock()
 
     def report(self, who: Any, wish: Wish) -> None:
@@ -128,6 +132,7 @@ class Hands:
     def stop(self) -> None:
         """Nothing is wanted any more; who holds something must let go of it first."""
         with self._lock:
+            self.stops += 1
             self._stopped |= self._held.keys()
             self._held.clear()
 

@@ -16,6 +16,7 @@ from multiprocessing.connection import Connection
 from typing import Any, Final
 
 from rollgait.errors import RollgaitError
+from rollgait.mpc.plans.manoeuvres import Manoeuvre
 from rollgait.terrain import Terrain
 from rollgait.view.driving.messages import Request, Snapshot
 from rollgait.view.driving.session import Session
@@ -39,12 +40,13 @@ class LoopEndedError(RollgaitError):
 
 @dataclass(frozen=True)
 class Setup:
-    """What is driven: robot (name or file), plant, gait, and the ground; level if none."""
+    """What is driven: robot (name or file), plant, gait, ground (level if none), manoeuvres to offer."""
 
     robot: str
     plant: str
     gait: str
     terrain: Terrain | None = None
+    manoeuvres: tuple[Manoeuvre, ...] = ()
 
 
 class LoopProcess:
@@ -131,11 +133,14 @@ def _run(pipe: Connection, setup: Setup) -> None:
     from rollgait.mpc.loop import no_collections
     from rollgait.mpc.setup import make_loop
 
-    with contextlib.suppress(EOFError, OSError):
+    with contextlib.suppress(EOFError, OSError), contextlib.ExitStack() as stack:
         try:
             session = Session(
-                lambda: make_loop(setup.robot, setup.plant, gait=setup.gait, terrain=setup.terrain)
+                lambda: make_loop(setup.robot, setup.plant, gait=setup.gait, terrain=setup.terrain),
+                terrain=setup.terrain,
+                manoeuvres=setup.manoeuvres,
             )
+            stack.callback(session.close)
             pipe.send(None)
             session.pace.restart()
             with no_collections():

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 import numpy as np
 
-from rollgait.errors import RollgaitError
+from rollgait.errors import RollgaitError, UnknownNameError
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.loop import ClosedLoop
+from rollgait.mpc.plans.manoeuvres import Manoeuvre, ahead
+from rollgait.mpc.plans.performer import Performer
+from rollgait.terrain.terrain import Terrain
 from rollgait.view.driving.messages import (
+    AHEAD,
     NO_FORCE,
     PUSHES_MAX,
     Array,
@@ -36,12 +40,20 @@ class Session:
     Args:
         make: builds the loop, at first and after a fall.
         clock: seconds of wall time that only go on.
+        terrain: the ground of that loop, for manoeuvres; level if None.
+        manoeuvres: that may be asked for by name.
     """
 
     def __init__(
-        self, make: Callable[[], ClosedLoop], clock: Callable[[], float] = time.perf_counter
+        self,
+        make: Callable[[], ClosedLoop],
+        clock: Callable[[], float] = time.perf_counter,
+        terrain: Terrain | None = None,
+        manoeuvres: Sequence[Manoeuvre] = (),
     ) -> None:
         self._make, self._clock = make, clock
+        self._terrain, self._manoeuvres = terrain, {one.name: one for one in manoeuvres}
+        self._performer: Performer | None = None
         self._recorder = Recorder()
         self._begin()
         self._request = Request(VelocityCommand())
@@ -51,6 +63,8 @@ class Session:
         self.loop = self._make()
         robot, period = self.loop.mpc.robot, self.loop.mpc.settings.period
         self.period = period
+        worker = None if self._performer is None else self._performer.worker
+        self._performer = Performer(self.loop.mpc, self._terrain, worker)
         self.pace = Pace(period)
         self._radius = np.array([leg.wheel_radius or np.inf for leg in robot.leg_list])
         self._wheel_angle: Array = np.zeros(4)
@@ -76,11 +90,40 @@ class Session:
             self.pace.restart()
         for push in request.pushes:
             self._push(push)
+        if request.halt:
+            self.performer.halt()
+        elif request.manoeuvre:
+            self._perform(request.manoeuvre, request.distance)
+
+    @property
+    def performer(self) -> Performer:
+        """Of manoeuvres."""
+        assert self._performer is not None
+        return self._performer
+
+    def _perform(self, name: str, distance: float) -> None:
+        """Begins a manoeuvre; one that cannot be is an event."""
+        try:
+            if name == AHEAD:
+                asked = ahead(self.loop.mpc.robot, distance)
+            elif name in self._manoeuvres:
+                asked = self._manoeuvres[name]
+            else:
+                raise UnknownNameError("manoeuvre", name, [*self._manoeuvres, AHEAD])
+        except RollgaitError as error:
+            self.loop.mpc.note(f"the page's request was refused: {error}")
+            return
+        self.performer.ask(asked, self.loop.plant.state)
+
+    def close(self) -> None:
+        """Ends what runs beside the loop."""
+        self.performer.close()
 
     def _reset(self) -> None:
         if self.loop.plant.fallen:
             self._begin()
         else:
+            self._performer = Performer(self.loop.mpc, self._terrain, self.performer.worker)
             self.loop.mpc.reset()
             self.loop.control = None
             self.loop.step(VelocityCommand())
@@ -115,8 +158,11 @@ class Session:
             return
         if self.pull != NO_FORCE:
             loop.plant.push(np.array(self.pull), self.period)
+        if self._silent:
+            self.performer.halt()
         before, pose = loop.plant.state, getattr(loop.plant, "pose", None)
-        _, prediction = loop.step(self.command)
+        _, prediction = loop.step(self.performer.command(self.command))
+        self.performer.update(loop.plant.state)
         self._recorder.add(before, pose, loop)
         self._solve.append(prediction.status.seconds)
         self._wheel_angle = self._wheel_angle + loop.plant.state.speed / self._radius * self.period
@@ -157,5 +203,6 @@ class Session:
             factor=self.pace.factor,
             recorded=self._recorder.seconds,
             written=self._recorder.written,
+            manoeuvre=self.performer.said(loop.plant.state),
             events=tuple((event.time, event.text) for event in list(loop.mpc.events)[-EVENTS_SHOWN:]),
         )
