@@ -23,7 +23,7 @@ from rollgait.robot.library import find_robot
 from rollgait.scenario.library import find_scenario
 from rollgait.scenario.scenario import Scenario
 from rollgait.view.driving.messages import Request
-from rollgait.view.driving.session import SILENCE_MAX, Session
+from rollgait.view.driving.session import GONE_AFTER, Session
 
 ROBOT: Final = find_robot("centauro")
 PLANNED_WITHIN: Final = 120.0
@@ -179,7 +179,7 @@ def test_a_page_that_is_silent_stops_it(driven: Driven) -> None:
     driven.until("following")
     while driven.session.snapshot().contact.all():
         driven.session.step()
-    driven.clock.now += SILENCE_MAX + 0.01
+    driven.clock.now += GONE_AFTER + 0.01
     driven.session.step()
     assert driven.performer.stage == "stopping"
     driven.until("")

@@ -16,8 +16,9 @@ from rollgait.mpc.command import VelocityCommand
 
 DEAD_ZONE: Final = 0.12
 """Part of the way of the joystick that does nothing: a finger never rests at its very middle."""
-PATIENCE: Final = 0.5
-"""A browser that holds something and is silent for so long has let go, s."""
+PATIENCE: Final = 0.3
+"""A browser that holds something and is silent for so long has let go, s: it speaks every 0.1 s, so that two
+words may be late, and a robot that was let go of goes half as far as it would in half a second."""
 KEYS: Final[Mapping[str, tuple[int, int, int]]] = {
     "w": (1, 0, 0),
     "s": (-1, 0, 0),
@@ -105,15 +106,15 @@ class Hands:
         clock: seconds that only go on.
 
     Attributes:
-        stops: how often somebody asked for a stop.
+        stops: how often somebody has pressed stop.
     """
 
     def __init__(self, patience: float = PATIENCE, clock: Callable[[], float] = time.monotonic) -> None:
         self._patience, self._clock = patience, clock
         self._held: dict[Any, tuple[float, Wish]] = {}
         self._stopped: set[Any] = set()
-        self.stops = 0
         self._lock = threading.Lock()
+        self.stops = 0
 
     def report(self, who: Any, wish: Wish) -> None:
         """What somebody wants now."""

@@ -45,6 +45,7 @@ class Request:
         distance: how far ahead that leads then, m.
         halt: end the manoeuvre that is under way.
         record: file into which the run is to be recorded; what was recorded is written when this is "" again.
+        stops: how often somebody has pressed stop by now.
     """
 
     command: VelocityCommand
@@ -56,6 +57,7 @@ class Request:
     manoeuvre: str = ""
     distance: float = 0.0
     halt: bool = False
+    stops: int = 0
 
     def check(self) -> None:
         """Raises `InputError` for numbers that are none, and for a gait that is not known."""

@@ -53,7 +53,6 @@ class DrivePage:
         self.hands = Hands()
         self.error: RollgaitError | None = None
         self._written = ""
-        self._stops = 0
         self._ends = threading.Event()
         self._server = start_server(LOOPBACK, port, "rollgait drive")
         self._folder = TemporaryDirectory(prefix="rollgait-drive-")
@@ -121,7 +120,6 @@ class DrivePage:
         number = self.panel.recording
         record = str(Path(self._folder.name) / f"{number}.npz") if number else ""
         manoeuvre, distance, halt = self.panel.take_manoeuvre()
-        stops, self._stops = self._stops, self.hands.stops
         return Request(
             self.panel.command(),
             self.panel.pull,
@@ -131,7 +129,8 @@ class DrivePage:
             record,
             manoeuvre,
             distance,
-            halt or stops != self._stops,
+            halt,
+            self.hands.stops,
         )
 
     def _send_recording(self, file: Path) -> None:
