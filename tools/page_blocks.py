@@ -124,9 +124,11 @@ def run_apart(page: Path) -> tuple[bool, str, float]:
 
 
 def pages_of(names: Iterable[Path]) -> list[Path]:
-    """Pages, and those of folders, that have something to run."""
+    """Pages, and those of folders, that have something to run; those with most of it first, so that no long
+    one is left to the end."""
     pages = [page for name in names for page in (sorted(name.rglob("*.md")) if name.is_dir() else [name])]
-    return [page for page in pages if blocks(page.read_text(encoding="utf-8"))]
+    count = {page: len(blocks(page.read_text(encoding="utf-8"))) for page in pages}
+    return sorted((page for page in pages if count[page]), key=lambda page: -count[page])
 
 
 def run_all(names: Iterable[Path], all_printed: bool = False) -> int:

@@ -46,7 +46,6 @@ def viewer() -> Iterator[Viewer]:
 def page(viewer: Viewer, sheet: Any) -> Any:
     sheet.goto(viewer.url)
     sheet.get_by_role("tab", name="Design").wait_for()
-    settled(sheet)
     return sheet
 
 
@@ -56,8 +55,7 @@ def press(page: Any, name: str) -> None:
 
 def fold(page: Any, name: str) -> None:
     """Opens a folder of the panel."""
-    page.get_by_text(name, exact=True).first.click()
-    page.wait_for_timeout(500)  # it unfolds
+    page.get_by_text(name, exact=True).first.click()  # what is clicked next waits until it rests
 
 
 def written(page: Any, label: str, value: str) -> None:
@@ -69,7 +67,9 @@ def written(page: Any, label: str, value: str) -> None:
 
 def triple(page: Any, label: str, values: tuple[float, float, float]) -> None:
     """Writes into the three boxes beside a label."""
-    row = page.get_by_text(label, exact=True).first.locator("xpath=ancestor::*[count(.//input) = 3][1]")
+    beside = page.get_by_text(label, exact=True).first
+    beside.wait_for()
+    row = beside.locator("xpath=ancestor::*[count(.//input) = 3][1]")
     for box, value in zip(row.locator("input").all(), values, strict=True):
         box.fill(f"{value:g}")
         box.press("Enter")
@@ -77,7 +77,7 @@ def triple(page: Any, label: str, values: tuple[float, float, float]) -> None:
 
 def pick(page: Any, label: str, option: str) -> None:
     """Takes a choice of a list."""
-    page.get_by_label(label, exact=True).first.click()
+    page.get_by_label(label, exact=True).locator("visible=true").first.click()
     page.get_by_role("option", name=option, exact=True).click()
 
 
@@ -232,7 +232,7 @@ def test_loads_boxes_and_terms_left_out_are_designed_saved_and_opened_again(
     fold(page, "loads")
     press(page, "payload")
     wait_until(lambda: len(draft().loads.payload) == 1)
-    assert "loads" in scene_of(viewer).layers  # a box on the robot
+    wait_until(lambda: "loads" in scene_of(viewer).layers)  # a box on the robot
     written(page, "mass (kg)", "20")
     wait_until(lambda: draft().loads.payload[0].mass == 20.0)
     triple(page, "carried at", (0.1, 0.15, 0.3))
@@ -319,11 +319,12 @@ def test_a_phone_shows_design_and_goal_in_its_colours(page: Any, viewer: Viewer,
         assert 420 < box["y"] < 700  # in the lower half, without scrolling
         wide = phone.evaluate("document.documentElement.scrollWidth")
         assert wide <= 390
-        phone.wait_for_timeout(2500)
-        image = io.BytesIO(phone.screenshot())
 
-        seen = np.asarray(Image.open(image).convert("RGB"), dtype=float)[:420] / 255.0
-        assert near(seen, GOAL_COLOUR, 0.25).sum() > 50
+        def goal_is_seen() -> bool:
+            image = Image.open(io.BytesIO(phone.screenshot())).convert("RGB")
+            return bool(near(np.asarray(image, dtype=float)[:420] / 255.0, GOAL_COLOUR, 0.25).sum() > 50)
+
+        wait_until(goal_is_seen)  # as soon as it is drawn
     finally:
         phone.close()
 
