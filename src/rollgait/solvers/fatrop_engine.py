@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.solvers import fatrop_library as c
-from rollgait.solvers.budget import Budget
+from rollgait.solvers.budget import Budget, Repair
 from rollgait.solvers.fatrop_matrices import HessianFill, JacobianFill
 from rollgait.solvers.fatrop_rows import Rows
 from rollgait.solvers.interrupt import deferred_interrupt
@@ -70,14 +70,16 @@ class FatropEngine:
         self._library = c.library()
         self._rows = Rows(nlp, structure)
         self._stages = [StageEvaluation(nlp, block) for block in nlp.blocks]
-        self._guess = np.zeros(nlp.size)
+        self._guess, self._no_gradient = np.zeros(nlp.size), np.zeros(nlp.size)
         self._known: tuple[Array, float, Array] = (np.empty(0), 0.0, np.empty(0))
         self._progress: Progress | None = None
         self._stop: Callable[[], bool] = lambda: False
         self._error: BaseException | None = None
-        self._iteration = 0
+        self._iteration = self._judged = 0
         self._least, self._least_at = np.inf, 0
         self._budget = Budget()
+        self._is_over = self._skips_last = False
+        self._best: tuple[float, Array] = (np.inf, np.empty(0))
         self._multipliers: tuple[Array, Array] | None = None
         self.is_running = False
         self._evaluations = self._evaluations_before = 0
@@ -96,17 +98,25 @@ class FatropEngine:
             self._library.fatrop_ocp_c_destroy(self._solver)
 
     def solve(
-        self, guess: Array, progress: Progress | None, warm: bool, until: float, iterations: int | None
+        self,
+        guess: Array,
+        progress: Progress | None,
+        warm: bool,
+        until: float,
+        iterations: int | None,
+        repair: Repair | None,
     ) -> Solution:
         """See `DirectFatrop.solve`. Raises `NoAnswerError` if it does not come back."""
         self._guess[:] = guess
-        self._progress, self._error, self._iteration = progress, None, 0
+        self._progress, self._error = progress, None
+        self._iteration = self._judged = 0
+        self._is_over, self._skips_last, self._best = False, repair is not None, (np.inf, self._guess)
         self._least, self._least_at = np.inf, 0
         self._evaluations_before = self._evaluations
         self._multipliers = None
         self._known = (np.empty(0), 0.0, np.empty(0))
         self._rows.load_bounds()
-        self._budget = Budget(until, iterations)
+        self._budget = Budget(until, iterations, repair)
         for name, value in (self._options | (self._warm_options if warm else {})).items():
             kind = "double" if isinstance(value, float) else "int"
             getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
@@ -117,11 +127,12 @@ class FatropEngine:
         if (error := self._reason_to_fail()) is not None:
             raise error
         primal = self._library.fatrop_ocp_c_get_primal(self._solver).contents
-        w = np.empty(self.nlp.size)
-        w[self._rows.order] = _read(primal.pa, self.nlp.size)
+        w = self._from_primal(primal.pa)
+        if repair is not None and self._largest_violation(w) > self._best[0]:
+            w = self._best[1]
         f, g = self._values(w)
         stats = self._library.fatrop_ocp_c_get_stats(self._solver).contents
-        solved = flag == 0 and bool(np.isfinite(w).all())
+        solved = flag == 0 and not (self._is_over and self._skips_last) and bool(np.isfinite(w).all())
         return Solution(
             w=w,
             g=g,
@@ -189,6 +200,7 @@ class FatropEngine:
         # the callbacks must not keep the solver alive: its memory is large and goes with its last user
         this = weakref.proxy(self)
 
+        nothing = np.full(nlp.size, np.nan)
         # asked for stage by stage, in every solve: the quickest way counts
         guess, low_limits, high_limits = (a.ctypes.data for a in (self._guess, *rows.limits))
 
@@ -201,8 +213,7 @@ class FatropEngine:
             return c.SKIP
 
         def gradient(scale: float, x: Any, _s: Any, _g: Any, result: Any, _d: Any, _u: Any) -> int:
-            nothing = np.full(nlp.size, np.nan)
-            value = this._guarded(lambda: this._gradient(this._from_primal(x)), nothing)
+            value = this._guarded(lambda: this._gradient_unless_over(this._from_primal(x)), nothing)
             _write(result, scale * value[rows.order])
             return c.SKIP
 
@@ -286,6 +297,8 @@ class FatropEngine:
     # what is left of a matrix, or no number, could keep fatrop from ever finding a factorisation
 
     def _put_jacobian(self, w: Array, matrices: Sequence[Any]) -> bool:
+        if self._is_last(w):
+            return True
         _, g = self._values(w)
         values = np.concatenate([stage.jacobian(w) for stage in self._stages])
         _check_finite(values)
@@ -329,14 +342,36 @@ class FatropEngine:
     def _report(self, w: Array) -> None:
         self._iteration += 1
         self._evaluations_before = self._evaluations
-        cost, g = self._values(w)
-        worst = float(self.nlp.violations(g, w).max(initial=0.0))
+        worst = self._largest_violation(w)
         if worst < 0.9 * self._least or worst < SMALL_VIOLATION:
             self._least, self._least_at = worst, self._iteration
-        if not self._budget.allows_another(self._iteration, last_runs=True) or self._stagnates():
+        if self._stagnates():
             self._give_up()
         if self._progress is not None:
-            self._progress(Iteration(self._iteration, cost, worst))
+            self._progress(Iteration(self._iteration, self._values(w)[0], worst))
+
+    def _is_last(self, w: Array) -> bool:
+        """Whether nobody needs the derivatives here: the solve ends with this iterate, whatever they are.
+
+        Fatrop asks for them where a line search has ended, before it looks at its number of iterations.
+        """
+        if self._judged < self._iteration:
+            self._judged = self._iteration
+            worst = self._largest_violation(w)
+            if worst < self._best[0]:
+                self._best = (worst, w)
+            if not self._budget.allows_another(self._iteration, worst):
+                self._is_over = True
+                self._give_up()
+        return self._is_over and self._skips_last
+
+    def _gradient_unless_over(self, w: Array) -> Array:
+        return self._no_gradient if self._is_last(w) else self._gradient(w)
+
+    def _largest_violation(self, w: Array) -> float:
+        """Of a constraint at free variables, scaled as fatrop sees it; may be NaN."""
+        _, g = self._values(w)
+        return float(self.nlp.violations(g, w).max(initial=0.0))
 
     def _stagnates(self) -> bool:
         return self._iteration - self._least_at > PATIENCE
