@@ -1,4 +1,4 @@
-"""How much a solve may take: a time at which it is over, and a number of iterations, more where it needs them."""
+"""How much a solve may take: a time at which it is over, a number of iterations, more where needed."""
 
 from __future__ import annotations
 

@@ -148,8 +148,8 @@ class Fatrop:
     ) -> Solution:
         """The solution from a guess of the free variables; `warm` says that the guess is near a solution.
 
-        At most `iterations` are made (two, if one is asked for), of a `repair` all. `progress` hears nothing: fatrop reports at
-        the end; nor does `until` end it, but `OVERTIME_MAX` later it is left behind.
+        At most `iterations` are made (two, if one is asked for), of a `repair` all. `progress` hears nothing:
+        fatrop reports at the end; nor does `until` end it, but `OVERTIME_MAX` later it is left behind.
 
         Raises:
             NotSolvedError: the numbers are such that no solver is asked.

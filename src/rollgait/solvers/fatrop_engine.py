@@ -26,9 +26,11 @@ from rollgait.solvers.budget import Budget, Repair
 from rollgait.solvers.fatrop_matrices import HessianFill, JacobianFill
 from rollgait.solvers.fatrop_rows import Rows
 from rollgait.solvers.interrupt import deferred_interrupt
+from rollgait.solvers.linear_algebra import call_here
 from rollgait.solvers.solution import Iteration, Progress, Solution
 from rollgait.solvers.stage_evaluation import StageEvaluation
-from rollgait.solvers.watched import call_watched
+from rollgait.solvers.watched import NoAnswerError, call_watched
+from rollgait.solvers.watched_here import Watch
 from rollgait.transcription.base import Structure
 from rollgait.transcription.nlp import Nlp
 
@@ -48,6 +50,9 @@ SILENCE_MAX_PER_STAGE = 0.01
 """s: a factorisation takes some 0.2 ms of it, and a difficult iteration a dozen of them."""
 SILENCE_MAX_IN_TIME = 0.1
 """s, the same where somebody waits who needs the answer sooner: a controller cannot do without for long."""
+SHORT = 1.0
+"""s: a solve that is to be over so soon runs in the thread of who waits, which other signals than Ctrl-C do
+not interrupt for as long."""
 DOUBLE = ctypes.sizeof(ctypes.c_double)
 
 
@@ -82,11 +87,12 @@ class FatropEngine:
         self._best: tuple[float, Array] = (np.inf, np.empty(0))
         self._multipliers: tuple[Array, Array] | None = None
         self.is_running = False
-        self._evaluations = self._evaluations_before = 0
+        self._watch, self._evaluations_before = Watch(), 0
+        self._call_here = call_here()
         self._jacobians: dict[int, JacobianFill] = {}
         self._hessians: dict[int, HessianFill] = {}
         self._interface = self._make_interface()
-        self._solver = ctypes.c_void_p(
+        self._solver: ctypes.c_void_p | None = ctypes.c_void_p(
             self._library.fatrop_ocp_c_create(ctypes.byref(self._interface), None, None)
         )
         if not self._solver:
@@ -112,7 +118,7 @@ class FatropEngine:
         self._iteration = self._judged = 0
         self._is_over, self._skips_last, self._best = False, repair is not None, (np.inf, self._guess)
         self._least, self._least_at = np.inf, 0
-        self._evaluations_before = self._evaluations
+        self._evaluations_before = self._watch.signs
         self._multipliers = None
         self._known = (np.empty(0), 0.0, np.empty(0))
         self._rows.load_bounds()
@@ -121,9 +127,10 @@ class FatropEngine:
             kind = "double" if isinstance(value, float) else "int"
             getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
         patience = SILENCE_MAX + SILENCE_MAX_PER_STAGE * len(self._rows.nx)
-        patience = min(patience, max(SILENCE_MAX_IN_TIME, until - time.perf_counter()))
-        with deferred_interrupt() as self._stop:
-            flag = call_watched(self._run, lambda: self._evaluations, patience)
+        left = until - time.perf_counter()
+        patience = min(patience, max(SILENCE_MAX_IN_TIME, left))
+        with deferred_interrupt(others=left < SHORT) as self._stop:
+            flag = self._solve_here(patience) if left < SHORT else self._solve_beside(patience)
         if (error := self._reason_to_fail()) is not None:
             raise error
         primal = self._library.fatrop_ocp_c_get_primal(self._solver).contents
@@ -142,6 +149,21 @@ class FatropEngine:
             iterations=max(int(stats.iterations_count), self._iteration),
             multipliers=self._multipliers,
         )
+
+    def _solve_here(self, patience: float) -> int:
+        """In this thread, which a busy machine would wake late if it waited for another."""
+        if self._call_here is None:
+            return self._solve_beside(patience)
+        self._watch.patience = patience
+        try:
+            return self._call_here(self._library.fatrop_ocp_c_solve, self._solver, self._watch)
+        except NoAnswerError:
+            self._solver = None  # in the middle of anything: neither used again nor freed
+            raise
+
+    def _solve_beside(self, patience: float) -> int:
+        """In another thread, so that this one can be interrupted."""
+        return call_watched(self._run, lambda: self._watch.signs, patience)
 
     def _run(self) -> int:
         self.is_running = True
@@ -269,8 +291,8 @@ class FatropEngine:
             if self._error is None:
                 if self._stop():
                     raise KeyboardInterrupt
-                self._evaluations += 1
-                if self._evaluations - self._evaluations_before > EVALUATIONS_MAX:
+                self._watch.signs += 1
+                if self._watch.signs - self._evaluations_before > EVALUATIONS_MAX:
                     raise _GaveUpError("Too_Many_Evaluations")
                 return evaluate()
         except BaseException as error:
@@ -341,7 +363,7 @@ class FatropEngine:
 
     def _report(self, w: Array) -> None:
         self._iteration += 1
-        self._evaluations_before = self._evaluations
+        self._evaluations_before = self._watch.signs
         worst = self._largest_violation(w)
         if worst < 0.9 * self._least or worst < SMALL_VIOLATION:
             self._least, self._least_at = worst, self._iteration
