@@ -76,7 +76,7 @@ class FatropEngine:
         self._rows = Rows(nlp, structure)
         self._stages = [StageEvaluation(nlp, block) for block in nlp.blocks]
         self._guess, self._no_gradient = np.zeros(nlp.size), np.zeros(nlp.size)
-        self._known: tuple[Array, float, Array] = (np.empty(0), 0.0, np.empty(0))
+        self._known: tuple[bytes, float, Array] = (b"", 0.0, np.empty(0))
         self._progress: Progress | None = None
         self._stop: Callable[[], bool] = lambda: False
         self._error: BaseException | None = None
@@ -120,7 +120,7 @@ class FatropEngine:
         self._least, self._least_at = np.inf, 0
         self._evaluations_before = self._watch.signs
         self._multipliers = None
-        self._known = (np.empty(0), 0.0, np.empty(0))
+        self._known = (b"", 0.0, np.empty(0))
         self._rows.load_bounds()
         self._budget = Budget(until, iterations, repair)
         for name, value in (self._options | (self._warm_options if warm else {})).items():
@@ -183,7 +183,7 @@ class FatropEngine:
 
     def values(self, w: Array) -> tuple[float, Array]:
         """Cost and constraints at the free variables, for the NLP as it is now."""
-        self._known = (np.empty(0), 0.0, np.empty(0))
+        self._known = (b"", 0.0, np.empty(0))
         return self._values(w)
 
     def _why(self, flag: int) -> str:
@@ -199,13 +199,13 @@ class FatropEngine:
 
     def _values(self, w: Array) -> tuple[float, Array]:
         """Cost and constraints at the free variables; fatrop asks for both, and again with the Jacobian."""
-        if not np.array_equal(w, self._known[0]):
+        if (bits := w.tobytes()) != self._known[0]:
             cost, g = 0.0, np.empty(self.nlp.rows)
             for stage in self._stages:
                 value, rows = stage.value(w)
                 cost += float(value.sum())
                 g[stage.row_number] = rows[stage.row_source]
-            self._known = (w, cost, g)
+            self._known = (bits, cost, g)
         return self._known[1:]
 
     def _gradient(self, w: Array) -> Array:
