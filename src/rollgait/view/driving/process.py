@@ -14,6 +14,7 @@ from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any, Final
 
 from rollgait.errors import RollgaitError
+from rollgait.mpc.plans.manoeuvres import Manoeuvre
 from rollgait.signals import deaf_to_ctrl_c
 from rollgait.terrain import Terrain
 from rollgait.view.driving.messages import Request, Snapshot
@@ -42,12 +43,13 @@ class LoopEndedError(RollgaitError):
 
 @dataclass(frozen=True)
 class Setup:
-    """What is driven: robot (name or file), plant, gait, and the ground; level if none; who else looks."""
+    """What is driven: robot (name or file), plant, gait, ground (or level), manoeuvres, who else looks."""
 
     robot: str
     plant: str
     gait: str
     terrain: Terrain | None = None
+    manoeuvres: tuple[Manoeuvre, ...] = ()
     others: Line | None = None
 
 
@@ -133,12 +135,15 @@ def _run(pipe: Connection, setup: Setup) -> None:
     from rollgait.mpc.loop import no_collections
     from rollgait.mpc.setup import make_loop
 
-    with contextlib.suppress(EOFError, OSError):
+    with contextlib.suppress(EOFError, OSError), contextlib.ExitStack() as stack:
         try:
             session = Session(
                 lambda: make_loop(setup.robot, setup.plant, gait=setup.gait, terrain=setup.terrain),
+                terrain=setup.terrain,
+                manoeuvres=setup.manoeuvres,
                 window=_window(setup.others),
             )
+            stack.callback(session.close)
             pipe.send(None)
             session.pace.restart()
             with no_collections():

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from rollgait.errors import RollgaitError
+from rollgait.errors import RollgaitError, UnknownNameError
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.loop import ClosedLoop
+from rollgait.mpc.plans.manoeuvres import Manoeuvre, ahead
+from rollgait.mpc.plans.performer import Performer
 from rollgait.pace import WINDOW, Pace
+from rollgait.terrain.terrain import Terrain
 from rollgait.view.driving.hands import PATIENCE
 from rollgait.view.driving.messages import (
+    AHEAD,
     NO_FORCE,
     PUSHES_MAX,
     Array,
@@ -31,6 +35,8 @@ if TYPE_CHECKING:
 
 SILENCE_MAX: Final = PATIENCE
 """A page that asks for nothing for so long is gone, as a browser is: the robot stops, s."""
+GONE_AFTER: Final = 1.0
+"""The same for a manoeuvre, s: nobody holds it as a joystick is held, and half a step is no good place."""
 EVENTS_SHOWN: Final = 6
 TWIST: Final = ("forward", "lateral", "turn_rate")
 """What of a command moves the robot."""
@@ -42,6 +48,8 @@ class Session:
     Args:
         make: builds the loop, at first and after a fall.
         clock: seconds of wall time that only go on.
+        terrain: the ground of that loop, for manoeuvres; level if None.
+        manoeuvres: that may be asked for by name.
         window: through which others look, and perhaps drive while the page asks for nothing.
     """
 
@@ -49,9 +57,13 @@ class Session:
         self,
         make: Callable[[], ClosedLoop],
         clock: Callable[[], float] = time.perf_counter,
+        terrain: Terrain | None = None,
+        manoeuvres: Sequence[Manoeuvre] = (),
         window: Window | None = None,
     ) -> None:
         self._make, self._clock, self._window = make, clock, window
+        self._terrain, self._manoeuvres = terrain, {one.name: one for one in manoeuvres}
+        self._performer: Performer | None = None
         self._stopped_outside = False
         self._recorder = Recorder()
         self._begin()
@@ -62,6 +74,8 @@ class Session:
         self.loop = self._make()
         robot, period = self.loop.mpc.robot, self.loop.mpc.settings.period
         self.period = period
+        worker = None if self._performer is None else self._performer.worker
+        self._performer = Performer(self.loop.mpc, self._terrain, worker)
         self.pace = Pace(period)
         self._radius = np.array([leg.wheel_radius or np.inf for leg in robot.leg_list])
         self._wheel_angle: Array = np.zeros(4)
@@ -78,7 +92,8 @@ class Session:
             self.loop.mpc.note(f"the page's request was refused: {error}")
             return
         resumed = self._request.paused and not request.paused
-        self._stopped_outside |= request.stops != self._request.stops
+        stopped = request.stops != self._request.stops
+        self._stopped_outside |= stopped
         self._request = request
         self._recorder.want(request.record, self.loop)
         if request.reset:
@@ -88,11 +103,40 @@ class Session:
             self.pace.restart()
         for push in request.pushes:
             self._push(push)
+        if request.halt or stopped:
+            self.performer.halt()
+        elif request.manoeuvre:
+            self._perform(request.manoeuvre, request.distance)
+
+    @property
+    def performer(self) -> Performer:
+        """Of manoeuvres."""
+        assert self._performer is not None
+        return self._performer
+
+    def _perform(self, name: str, distance: float) -> None:
+        """Begins a manoeuvre; one that cannot be is an event."""
+        try:
+            if name == AHEAD:
+                asked = ahead(self.loop.mpc.robot, distance)
+            elif name in self._manoeuvres:
+                asked = self._manoeuvres[name]
+            else:
+                raise UnknownNameError("manoeuvre", name, [*self._manoeuvres, AHEAD])
+        except RollgaitError as error:
+            self.loop.mpc.note(f"the page's request was refused: {error}")
+            return
+        self.performer.ask(asked, self.loop.plant.state)
+
+    def close(self) -> None:
+        """Ends what runs beside the loop."""
+        self.performer.close()
 
     def _reset(self) -> None:
         if self.loop.plant.fallen:
             self._begin()
         else:
+            self._performer = Performer(self.loop.mpc, self._terrain, self.performer.worker)
             self.loop.mpc.reset()
             self.loop.control = None
             self.loop.step(VelocityCommand())
@@ -144,8 +188,11 @@ class Session:
             return
         if self.pull != NO_FORCE:
             loop.plant.push(np.array(self.pull), self.period)
+        if self._clock() - self._heard > GONE_AFTER:
+            self.performer.halt()
         before, pose = loop.plant.state, getattr(loop.plant, "pose", None)
-        _, prediction = loop.step(self.command)
+        _, prediction = loop.step(self.performer.command(self.command))
+        self.performer.update(loop.plant.state)
         self._recorder.add(before, pose, loop)
         self._solve.append(prediction.status.seconds)
         self._wheel_angle = self._wheel_angle + loop.plant.state.speed / self._radius * self.period
@@ -188,5 +235,6 @@ class Session:
             factor=self.pace.factor,
             recorded=self._recorder.seconds,
             written=self._recorder.written,
+            manoeuvre=self.performer.said(loop.plant.state),
             events=tuple((event.time, event.text) for event in list(loop.mpc.events)[-EVENTS_SHOWN:]),
         )
