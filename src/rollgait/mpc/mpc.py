@@ -346,6 +346,24 @@ class Mpc:
         check_robot(path, self.robot)
         self.clock = self._plans.replace(path, self._last.end, time)
 
+    def halt(self) -> None:
+        """Ends the following of plans where all feet stand next and the robot can come to rest.
+
+        The progress says `stopped` then, and `rests` when it does; `leave` lets commands count again.
+        """
+        if self._plans is not None:
+            self._plans.halt()
+
+    @property
+    def is_following(self) -> bool:
+        """Whether plans are followed, or will be from the next step on."""
+        return self._plans is not None
+
+    @property
+    def rests(self) -> bool:
+        """Whether what was followed has ended, and the robot stands where it has."""
+        return self._plans is not None and not self._follows_from_next and self._plans.rests
+
     def leave(self) -> None:
         """Follows plans no longer: commands count again, in the gait of the last beginning."""
         if self._plans is not None and self._last is not None and not self._follows_from_next:
