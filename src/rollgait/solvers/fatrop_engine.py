@@ -152,7 +152,7 @@ class FatropEngine:
 
     def _solve_here(self, patience: float) -> int:
         """In this thread, which a busy machine would wake late if it waited for another."""
-        if self._call_here is None:
+        if self._call_here is None or self._solver is None:
             return self._solve_beside(patience)
         self._watch.patience = patience
         try:
