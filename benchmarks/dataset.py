@@ -56,7 +56,7 @@ class Run:
 
     Attributes:
         seconds: in which rows were made, of both runs, s.
-        memory: MB of parent and workers, at each look.
+        memory: MB of parent and workers, at each look, of the last run.
         killed: how the runs ended.
         twice: rows that changed after they were there.
     """
@@ -100,6 +100,7 @@ def disturbed(file: Path, folder: Path, count: int, engine: str) -> Run:
 def watch(process: subprocess.Popen[bytes], folder: Path, count: int, run: Run) -> bool:
     """Looks at a run, and kills what is due; whether it ended by itself."""
     begin = time.perf_counter()
+    run.memory.clear()
     while process.poll() is None:
         time.sleep(LOOK)
         done, family = planned(folder), descendants(process.pid)
@@ -248,8 +249,8 @@ def report(count: int, engine: str, folder: Path) -> str:
         (f"of {WORKERS} workers, both runs, starts and deaths included", f"{rate:.2f}"),
         ("share of twice one process", f"{100 * rate / (WORKERS * one):.0f} %"),
         (
-            "memory of all processes, MB: median of the second and of the last quarter, most",
-            f"{np.median(run.memory[quarter : 2 * quarter]):.0f}, {np.median(run.memory[-quarter:]):.0f}, "
+            "memory of all processes in the last run, MB: median of its third and its last quarter, most",
+            f"{np.median(run.memory[half : half + quarter]):.0f}, {np.median(run.memory[-quarter:]):.0f}, "
             f"{max(run.memory):.0f}",
         ),
         ("kB per plan, all files", f"{stats.bytes_per_row / 1e3:.1f}"),
