@@ -150,7 +150,7 @@ def test_a_robot_on_soft_legs_tilts_less(
     tilts = []
     for share in (TILT_SHARE, 0.0):
         monkeypatch.setattr("rollgait.simulation.feedback.TILT_SHARE", share)
-        tilts.append(rg.simulate(stepping, feedback=True).report().tilt_rms)
+        tilts.append(rg.simulate(stepping, feedback=True).report().tilt_error)
     assert tilts[0] < 0.95 * tilts[1]
 
 
