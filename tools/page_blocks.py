@@ -86,7 +86,7 @@ def run_page(page: Path) -> None:
     namespace: dict[str, Any] = {"__name__": "page"}
     for block in blocks(page.read_text(encoding="utf-8")):
         print("\n".join(f"  {line}" for line in block.text.splitlines()), flush=True)
-        where = f"{page}:{block.line}"
+        where, begin = f"{page}:{block.line}", time.monotonic()
         if block.language == "bash":
             subprocess.run(["bash", "-euo", "pipefail", "-c", block.text], check=True)
         elif block.language == "python":
@@ -95,6 +95,7 @@ def run_page(page: Path) -> None:
             Path(block.value).write_text(block.text, encoding="utf-8")
         else:
             _check_part(block, where)
+        print(f"  -- line {block.line}: {time.monotonic() - begin:.1f} s", flush=True)
 
 
 def _check_part(block: Block, where: str) -> None:
@@ -123,12 +124,14 @@ def run_apart(page: Path) -> tuple[bool, str, float]:
 
 
 def pages_of(names: Iterable[Path]) -> list[Path]:
-    """Pages, and those of folders, that have something to run."""
+    """Pages, and those of folders, that have something to run; those with most of it first, so that no long
+    one is left to the end."""
     pages = [page for name in names for page in (sorted(name.rglob("*.md")) if name.is_dir() else [name])]
-    return [page for page in pages if blocks(page.read_text(encoding="utf-8"))]
+    count = {page: len(blocks(page.read_text(encoding="utf-8"))) for page in pages}
+    return sorted((page for page in pages if count[page]), key=lambda page: -count[page])
 
 
-def run_all(names: Iterable[Path]) -> int:
+def run_all(names: Iterable[Path], all_printed: bool = False) -> int:
     """Runs all pages, two at a time; 1 if a block of one fails, which ends that page only."""
     failed = 0
     pages = pages_of(names)
@@ -138,6 +141,8 @@ def run_all(names: Iterable[Path]) -> int:
             if not good:
                 failed = 1
                 print(printed, f"error: a block of {page} fails", sep="\n", file=sys.stderr)
+            elif all_printed:
+                print(printed, flush=True)
     return failed
 
 
@@ -146,9 +151,12 @@ def main(arguments: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(description="Runs the code blocks of Markdown pages.")
     parser.add_argument("pages", nargs="+", type=Path, help="pages, or folders of pages")
     parser.add_argument("--here", action="store_true", help="run one page, in this folder and process")
+    parser.add_argument(
+        "-v", "--verbose", action="store_true", help="show what they print and how long each takes"
+    )
     options = parser.parse_args(arguments)
     if not options.here:
-        return run_all(options.pages)
+        return run_all(options.pages, options.verbose)
     try:
         run_page(options.pages[0])
     except BaseException:  # whatever a page does is its failure

@@ -79,6 +79,12 @@ def _non_negative(value: float) -> float:
     return value
 
 
+def _from_one(value: int) -> int:
+    if value < 1:
+        raise ValueError("must be at least 1")
+    return value
+
+
 def _ordered(value: tuple[float, float]) -> tuple[float, float]:
     if value[0] > value[1]:
         raise ValueError("must be [smallest, largest], in this order")
@@ -95,6 +101,9 @@ Line = Annotated[str, AfterValidator(_line)]
 """Text that may be printed as it is: from a file, other text could steer the terminal."""
 Number = Annotated[float, BeforeValidator(_number)]
 Whole = Annotated[int, BeforeValidator(_whole)]
+Count = Annotated[Whole, AfterValidator(_from_one)]
+Seed = Annotated[Whole, AfterValidator(_non_negative)]
+"""Of random numbers."""
 Flag = Annotated[bool, Strict()]
 Positive = Annotated[Number, AfterValidator(_positive)]
 NonNegative = Annotated[Number, AfterValidator(_non_negative)]
@@ -286,6 +295,8 @@ def set_key(data: dict[str, Any], key: str, value: Any) -> None:
 def _index(node: list[Any], name: str, key: str) -> int:
     places = [str(place) for place in range(len(node))]
     if name not in places:
-        rule = "is not a place in this list" if places else "cannot be set: the list is empty"
+        rule = (
+            "is not a place in this list" if places else "is no place: the list is empty; set it as a whole"
+        )
         raise InputError(key, name, rule, places)
     return int(name)

@@ -22,6 +22,7 @@ from rollgait.scenario import Scenario, find_scenario  # isort: skip
 from rollgait.view.design.handles import SIZE as HANDLE  # isort: skip
 from rollgait.view.design.handles import Selection  # isort: skip
 from rollgait.view.rotations import matrix_from_quaternion  # isort: skip
+from rollgait.view.scene import Scene  # isort: skip
 from rollgait.view.standing_clip import clip_of_scenario  # isort: skip
 from rollgait.view.style import GOAL_COLOUR  # isort: skip
 from rollgait.view.viewer import Viewer  # isort: skip
@@ -45,7 +46,6 @@ def viewer() -> Iterator[Viewer]:
 def page(viewer: Viewer, sheet: Any) -> Any:
     sheet.goto(viewer.url)
     sheet.get_by_role("tab", name="Design").wait_for()
-    settled(sheet)
     return sheet
 
 
@@ -55,8 +55,7 @@ def press(page: Any, name: str) -> None:
 
 def fold(page: Any, name: str) -> None:
     """Opens a folder of the panel."""
-    page.get_by_text(name, exact=True).first.click()
-    page.wait_for_timeout(500)  # it unfolds
+    page.get_by_text(name, exact=True).first.click()  # what is clicked next waits until it rests
 
 
 def written(page: Any, label: str, value: str) -> None:
@@ -66,9 +65,19 @@ def written(page: Any, label: str, value: str) -> None:
     box.press("Enter")
 
 
+def triple(page: Any, label: str, values: tuple[float, float, float]) -> None:
+    """Writes into the three boxes beside a label."""
+    beside = page.get_by_text(label, exact=True).first
+    beside.wait_for()
+    row = beside.locator("xpath=ancestor::*[count(.//input) = 3][1]")
+    for box, value in zip(row.locator("input").all(), values, strict=True):
+        box.fill(f"{value:g}")
+        box.press("Enter")
+
+
 def pick(page: Any, label: str, option: str) -> None:
     """Takes a choice of a list."""
-    page.get_by_label(label, exact=True).first.click()
+    page.get_by_label(label, exact=True).locator("visible=true").first.click()
     page.get_by_role("option", name=option, exact=True).click()
 
 
@@ -214,6 +223,69 @@ def test_a_map_is_uploaded_and_saved_with_its_scenario(page: Any, viewer: Viewer
     assert viewer.designer.draft.scenario.ground.heights is again
 
 
+def test_loads_boxes_and_terms_left_out_are_designed_saved_and_opened_again(
+    page: Any, viewer: Viewer, tmp_path: Path
+) -> None:
+    def draft() -> Scenario:
+        return viewer.designer.draft.scenario
+
+    fold(page, "loads")
+    press(page, "payload")
+    wait_until(lambda: len(draft().loads.payload) == 1)
+    wait_until(lambda: "loads" in scene_of(viewer).layers)  # a box on the robot
+    written(page, "mass (kg)", "20")
+    wait_until(lambda: draft().loads.payload[0].mass == 20.0)
+    triple(page, "carried at", (0.1, 0.15, 0.3))
+    wait_until(lambda: draft().loads.payload[0].at == (0.1, 0.15, 0.3))
+    assert draft().body.mass == pytest.approx(BASE.body.mass + 20.0)
+    triple(page, "carried at", (9.0, 0.15, 0.3))
+    page.get_by_text("loads.payload").first.wait_for()  # it would fall over: said, and not done
+    assert draft().loads.payload[0].at == (0.1, 0.15, 0.3)
+    press(page, "pull")
+    wait_until(lambda: len(draft().loads.wrench) == 1)
+    triple(page, "force (N)", (-100.0, 5.0, 0.0))
+    wait_until(lambda: draft().loads.wrench[0].force == (-100.0, 5.0, 0.0))
+    pick(page, "axes", "world")
+    written(page, "acts until (s)", "2")
+    wait_until(lambda: draft().loads.wrench[0].end == 2.0)
+    written(page, "acts until (s)", "0")
+    wait_until(lambda: draft().loads.wrench[0].end is None)
+    press(page, "pull")
+    wait_until(lambda: len(draft().loads.wrench) == 2)
+    press(page, "Take this load away")
+    wait_until(lambda: len(draft().loads.wrench) == 1)
+    fold(page, "loads")
+
+    fold(page, "bounds")
+    pick(page, "more", "box")
+    wait_until(lambda: draft().bounds.box == BASE.body.box)
+    triple(page, "box", (0.2, 0.15, 0.1))
+    wait_until(lambda: draft().bounds.box == (0.2, 0.15, 0.1))
+    fold(page, "bounds")
+    fold(page, "constraints left out")
+    pick(page, "without", "com_margin")
+    wait_until(lambda: draft().bounds.without == ("com_margin",))
+    pick(page, "without", "reach")
+    wait_until(lambda: draft().bounds.without == ("com_margin", "reach"))
+    page.get_by_label("without com_margin").click()
+    wait_until(lambda: draft().bounds.without == ("reach",))
+    press(page, "↶ undo")
+    wait_until(lambda: draft().bounds.without == ("com_margin", "reach"))
+
+    designed = draft()
+    page.get_by_role("tab", name="Files").click()
+    saved = download(page, "Save scenario", tmp_path)
+    viewer.designer.pick("hybrid-forward")
+    assert draft() == find_scenario("hybrid-forward")
+    upload(page, OPEN, saved)
+    wait_until(lambda: draft().to_dict() == designed.to_dict())
+
+
+def scene_of(viewer: Viewer) -> Scene:
+    assert viewer.scene is not None
+    return viewer.scene
+
+
 def test_two_runs_are_compared_side_by_side(page: Any, viewer: Viewer) -> None:
     short = {"goal": {"x": 0.6}, "horizon": 3.0, "interval": 0.25, "profile": "paper"}
     plan = motion_plan(BASE.with_values(short))
@@ -247,11 +319,12 @@ def test_a_phone_shows_design_and_goal_in_its_colours(page: Any, viewer: Viewer,
         assert 420 < box["y"] < 700  # in the lower half, without scrolling
         wide = phone.evaluate("document.documentElement.scrollWidth")
         assert wide <= 390
-        phone.wait_for_timeout(2500)
-        image = io.BytesIO(phone.screenshot())
 
-        seen = np.asarray(Image.open(image).convert("RGB"), dtype=float)[:420] / 255.0
-        assert near(seen, GOAL_COLOUR, 0.25).sum() > 50
+        def goal_is_seen() -> bool:
+            image = Image.open(io.BytesIO(phone.screenshot())).convert("RGB")
+            return bool(near(np.asarray(image, dtype=float)[:420] / 255.0, GOAL_COLOUR, 0.25).sum() > 50)
+
+        wait_until(goal_is_seen)  # as soon as it is drawn
     finally:
         phone.close()
 

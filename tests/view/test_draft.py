@@ -17,6 +17,8 @@ from hypothesis import strategies as st
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
 from rollgait.errors import InputError  # isort: skip  # the line above skips where viser is absent
+from rollgait.ocp.problem import standard_terms  # isort: skip
+from rollgait.robot.library import robot_names  # isort: skip
 from rollgait.scenario import Scenario, find_scenario, scenario_names  # isort: skip
 from rollgait.terrain.parts import PART_KINDS  # isort: skip
 from rollgait.view.clip import clip_of_plan  # isort: skip
@@ -29,6 +31,14 @@ from rollgait.view.design.files import (  # isort: skip
     scenario_from_page,
 )
 from rollgait.view.design.handles import Selection  # isort: skip
+from rollgait.view.design.loads import (  # isort: skip
+    KINDS,
+    Kind,
+    Place,
+    places,
+    with_load,
+    without_load,
+)
 from rollgait.view.design.parts import (  # isort: skip
     footprint,
     with_copy_of_part,
@@ -39,6 +49,7 @@ from rollgait.view.design.parts import (  # isort: skip
 )
 from rollgait.view.design.runs import RUNS_MAX, Runs, differences, figures  # isort: skip
 from rollgait.view.exports import exported  # isort: skip
+from rollgait.view.panels.design.terms import removable  # isort: skip
 from tests.view.builders import motion_plan  # isort: skip
 
 BASE = find_scenario("wheeled")
@@ -131,6 +142,48 @@ def test_a_new_part_leaves_the_robot_its_place(parts: list[str], yaw: float) -> 
         np.testing.assert_array_equal(outline[0], outline[-1])
     copied = scenario.edited(with_copy_of_part(scenario, 0))
     assert copied.edited(without_part(copied, len(parts))) == scenario
+
+
+@pytest.mark.parametrize("robot", robot_names())
+def test_every_robot_carries_what_the_page_gives_it(robot: str) -> None:
+    scenario = BASE.edited({"robot": robot, "goal": {"x": 0.0}})
+    mass = scenario.body.mass
+    for kind in KINDS:
+        scenario = scenario.edited(with_load(scenario, kind))
+    scenario.check()
+    (payload,), (pull,) = scenario.loads.payload, scenario.loads.wrench
+    assert scenario.body.mass == pytest.approx(mass + payload.mass)
+    assert pull.force[0] < 0.0 > pull.at[0]  # something behind it that it draws
+    again = scenario_from_page(scenario_file(scenario, "mine", Path())[1], "mine.yaml")
+    assert again.to_dict() == scenario.to_dict()
+
+
+@given(st.lists(st.sampled_from(KINDS), min_size=1, max_size=5), st.data())
+def test_a_load_more_and_that_load_less_is_the_same(kinds: list[Kind], data: Any) -> None:
+    scenario = BASE
+    for number, kind in enumerate(kinds):
+        scenario = scenario.edited(with_load(scenario, kind))
+        place = Place(kind, kinds[:number].count(kind))
+        scenario = scenario.edited({f"{place.key}.at": [0.01 * number, 0.0, 0.0]})
+    kind = data.draw(st.sampled_from(KINDS))
+    more = scenario.edited(with_load(scenario, kind))
+    assert more.edited(without_load(more, Place(kind, kinds.count(kind)))) == scenario
+    there = places(scenario)
+    assert len(there) == len(kinds)
+    gone = data.draw(st.sampled_from(there))
+    less = scenario.edited(without_load(scenario, gone))
+    assert [place.of(less) for place in places(less)] == [
+        place.of(scenario) for place in there if place != gone
+    ]
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_what_can_be_left_out_is_a_constraint_of_the_problem(name: str) -> None:
+    scenario = find_scenario(name)
+    names = removable(scenario)
+    assert {"box", "friction"} <= set(names)
+    assert not {"acc", "ground", "stance_motion"} & set(names)  # a cost, and what is no limit
+    assert set(names) <= {term.name for term in standard_terms(scenario)}
 
 
 @given(st.integers(1, 3), st.data())

@@ -9,9 +9,20 @@ from statistics import NormalDist
 from typing import Annotated, Any, Final, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
 
-from rollgait.config import Config, Flag, NonNegative, Number, Positive, Range, Whole, load_yaml, validate
+from rollgait.config import (
+    Config,
+    Count,
+    Flag,
+    NonNegative,
+    Number,
+    Positive,
+    Range,
+    Seed,
+    load_yaml,
+    validate,
+)
 from rollgait.errors import InputError
 
 KINDS: Final = ("uniform", "normal", "choice", "list", "grid")
@@ -20,20 +31,6 @@ DECIMALS: Final = 9
 """Drawn numbers are rounded to so many, as the last bit of a logarithm differs between machines."""
 
 
-def _from_one(value: int) -> int:
-    if value < 1:
-        raise ValueError("must be at least 1")
-    return value
-
-
-def _from_zero(value: int) -> int:
-    if value < 0:
-        raise ValueError("must not be negative")
-    return value
-
-
-Count = Annotated[Whole, AfterValidator(_from_one)]
-Seed = Annotated[Whole, AfterValidator(_from_zero)]
 Values = Annotated[tuple[Any, ...], Field(min_length=1)]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from rollgait.config import Config, NonNegative, Number, Positive, Whole, load_yaml, validate
+from rollgait.config import Config, NonNegative, Number, Positive, Seed, load_yaml, validate
 from rollgait.errors import InputError
 from rollgait.mpc.command import Command, PoseCommand, VelocityCommand
 from rollgait.mpc.gaits import find_gait
@@ -104,7 +104,7 @@ class RandomScript(Config):
     """A push so often, s."""
     push_duration: Positive = 0.2
     """s."""
-    seed: Annotated[Whole, Field(ge=0)] = 0
+    seed: Seed = 0
     """Of the random numbers."""
 
     def script(self) -> Script:

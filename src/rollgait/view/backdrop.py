@@ -87,17 +87,14 @@ def draw_shadows(
     """Darkens where the light does not reach the ground."""
     mask = Image.new("L", picture.size, 0)
     draw = ImageDraw.Draw(mask)
-    for piece in pieces:
-        if not len(piece.corners):
-            continue
-        fallen = piece.corners
-        for _ in range(BOUNCES):
-            way = piece.corners[..., 2] - heights(terrain, fallen)
-            fallen = piece.corners - LIGHT * (way / LIGHT[2])[..., None]
-        pixels, depth = project(fallen, camera, picture.size)
-        seen = (depth > NEAR).all(axis=1) & backdrop.is_seen(
-            *project(fallen.mean(axis=1), camera, picture.size)
-        )
-        for corners in pixels[seen]:
-            draw.polygon(corners.ravel().tolist(), fill=SHADOW)
+    every = np.concatenate([np.zeros((0, 3, 3)), *(piece.corners for piece in pieces)])
+    fallen = every
+    for _ in range(BOUNCES):
+        way = every[..., 2] - heights(terrain, fallen)
+        fallen = every - LIGHT * (way / LIGHT[2])[..., None]
+    pixels, depth = project(fallen, camera, picture.size)
+    seen = (depth > NEAR).all(axis=1)
+    seen &= backdrop.is_seen(*project(fallen.mean(axis=1), camera, picture.size))
+    for corners in pixels[seen].reshape(-1, 6).tolist():
+        draw.polygon(corners, fill=SHADOW)
     picture.paste(Image.new("RGB", picture.size, DARK), mask=mask)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -43,6 +44,15 @@ class Camera:
 
     position: Array
     look_at: Array
+
+    @cached_property
+    def axes(self) -> Array:
+        """Right, down and ahead of the picture, in the world, the rows of (3, 3)."""
+        ahead = self.look_at - self.position
+        ahead = ahead / np.linalg.norm(ahead)
+        right = np.cross(ahead, [0.0, 0.0, 1.0])
+        right /= np.linalg.norm(right)
+        return np.array([right, np.cross(ahead, right), ahead])
 
 
 def camera_of(clip: Clip) -> Camera:

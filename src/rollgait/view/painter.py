@@ -107,13 +107,8 @@ def halved(corners: Array, largest: float = LARGEST, times: int = 4) -> tuple[Ar
 
 def project(points: Array, camera: Camera, size: tuple[int, int]) -> tuple[Array, Array]:
     """Pixels (…, 2) and depths (…) of points (…, 3)."""
-    ahead = camera.look_at - camera.position
-    ahead = ahead / np.linalg.norm(ahead)
-    right = np.cross(ahead, [0.0, 0.0, 1.0])
-    right /= np.linalg.norm(right)
-    way = points - camera.position
-    depth = way @ ahead
-    across = np.stack([way @ right, -(way @ np.cross(right, ahead))], axis=-1)
+    seen = (points - camera.position) @ camera.axes.T
+    across, depth = seen[..., :2], seen[..., 2]
     safe = np.maximum(depth, NEAR)[..., None]
     return focal(size) * across / safe + 0.5 * np.array(size), depth
 

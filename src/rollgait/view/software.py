@@ -170,14 +170,11 @@ def _pieces(node: Node, R: Array, p: Array, camera: Camera, terrain: Terrain) ->
     """What a node looks like, in the world."""
     if node.kind == "mesh":
         vertices = np.asarray(node.vertices, dtype=float) @ R.T + p
-        yield _mesh(vertices, node.faces, np.array(node.color), node, camera, terrain)
+        corners = vertices[np.asarray(node.faces, dtype=int)]
+        colours = np.broadcast_to(np.array(node.color, dtype=float), (len(corners), 3))
+        yield _mesh(corners, colours, _is_flat(corners, terrain), node, camera)
     elif node.kind == "batch":
-        colours = _with_gamma(np.broadcast_to(node.batched_colors, (len(node.batched_positions), 3)))
-        scales = getattr(node, "batched_scales", None)
-        for k, (place, turn) in enumerate(zip(node.batched_positions, node.batched_wxyzs, strict=True)):
-            scale = np.ones(3) if scales is None else np.broadcast_to(scales[k], 3)
-            local = (np.asarray(node.vertices) * scale) @ _matrix(turn).T + place
-            yield _mesh(local @ R.T + p, node.faces, colours[k], node, camera, terrain)
+        yield from _batch(node, R, p, camera, terrain)
     elif node.kind == "lines":
         yield _lines(node, R, p, _is_flat(np.asarray(node.points, dtype=float) @ R.T + p, terrain))
 
@@ -190,23 +187,43 @@ def _lines(node: Node, R: Array, p: Array, flat: bool) -> Piece:
     return Piece(points, every, flat, node.thickness)
 
 
-def _mesh(vertices: Array, faces: Any, colour: Array, node: Node, camera: Camera, terrain: Terrain) -> Piece:
-    corners = vertices[np.asarray(faces, dtype=int)]
-    flat = _is_flat(corners, terrain)
+def _batch(node: Node, R: Array, p: Array, camera: Camera, terrain: Terrain) -> Iterator[Piece]:
+    """The same thing at many places: those that lie on the ground, and all others."""
+    count = len(node.batched_positions)
+    if not count:
+        return
+    scales = getattr(node, "batched_scales", None)
+    scale = np.ones((count, 3)) if scales is None else np.asarray(scales, dtype=float).reshape(count, -1)
+    turns = Rotation.from_quat(np.asarray(node.batched_wxyzs, dtype=float), scalar_first=True).as_matrix()
+    local = np.asarray(node.vertices, dtype=float) * scale[:, None]
+    local = local @ turns.swapaxes(1, 2) + np.asarray(node.batched_positions, dtype=float)[:, None]
+    vertices = local @ R.T + p  # (n, v, 3)
+    colours = _with_gamma(np.broadcast_to(node.batched_colors, (count, 3)))
+    faces = np.asarray(node.faces, dtype=int)
+    flat = np.abs(vertices[..., 2] - heights(terrain, vertices)).max(axis=1) < FLAT
+    for which, lies in ((flat, True), (~flat, False)):
+        if which.any():
+            corners = vertices[which][:, faces].reshape(-1, 3, 3)
+            yield _mesh(corners, np.repeat(colours[which], len(faces), axis=0), lies, node, camera)
+
+
+def _mesh(corners: Array, colours: Array, flat: bool, node: Node, camera: Camera) -> Piece:
+    """Triangles (n, 3, 3) of these colours (n, 3) that face the camera, in their light."""
     if not flat:
-        corners, _ = halved(corners)
+        corners, number = halved(corners)
+        colours = colours[number]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normal, axis=1)
-    corners, normal = corners[area > 1e-12], normal[area > 1e-12]
+    corners, colours, normal = (values[area > 1e-12] for values in (corners, colours, normal))
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     away = ((corners.mean(axis=1) - camera.position) * normal).sum(axis=1) > 0.0
     if getattr(node, "side", "front") == "double":
         normal[away] *= -1.0
     else:
-        corners, normal = corners[~away], normal[~away]
+        corners, colours, normal = (values[~away] for values in (corners, colours, normal))
     facing = normal @ LIGHT
     light = np.ones(len(corners)) if flat else AMBIENT + (1.0 - AMBIENT) * np.clip(facing, 0.0, 1.0)
-    shades = np.clip(light[:, None] * (colour + 18.0), 0.0, 255.0)
+    shades = np.clip(light[:, None] * (colours + 18.0), 0.0, 255.0)
     casts = not flat and getattr(node, "cast_shadow", True) and getattr(node, "opacity", None) is None
     return Piece(corners, _with_alpha(shades, getattr(node, "opacity", None)), flat, casts=casts)
 

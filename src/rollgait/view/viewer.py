@@ -428,4 +428,5 @@ def _stage(scenario: Scenario) -> str:
     data, heights = scenario.to_dict(), scenario.ground.heights
     ground = {**data["ground"], "map": None if heights is None else heights.digest}
     robot = scenario.body.with_feet("point")  # how the gait uses its feet is not seen
-    return json.dumps([robot.model_dump(mode="json"), data["start"], ground])
+    pulls = data["loads"]["wrench"]
+    return json.dumps([robot.model_dump(mode="json"), data["start"], ground, pulls])

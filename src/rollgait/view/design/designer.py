@@ -19,8 +19,9 @@ from rollgait.terrain.ground import Ground
 from rollgait.view.design.draft import Draft
 from rollgait.view.design.files import as_python, kept_map
 from rollgait.view.design.handles import Handles, Selection
+from rollgait.view.panels.design.actions import Actions
 from rollgait.view.panels.design.gait import DISCOVER
-from rollgait.view.panels.planning import Actions, PlanningPanel
+from rollgait.view.panels.planning import PlanningPanel
 
 OWN: Final = "my "
 """Before the name of a scenario of the library that was changed."""
@@ -84,7 +85,9 @@ class Designer(Actions):
             name = self.draft.name
             own = OWN + name if name in scenario_names() else name
             try:
-                self.draft.put(self.draft.scenario.edited(values), own, stroke)
+                edited = self.draft.scenario.edited(values)
+                _ = edited.body  # who falls over with what it carries cannot be shown
+                self.draft.put(edited, own, stroke)
             except RollgaitError as error:
                 self.show()
                 self.panel.say(str(error), good=False)

@@ -8,17 +8,20 @@ from typing import Any, Final
 
 import viser
 
-from rollgait.diagnosis.report import Diagnosis, Suggestion
+from rollgait.diagnosis.report import Diagnosis
 from rollgait.robot.library import robot_names
 from rollgait.robot.robot import Robot
 from rollgait.scenario import scenario_names
 from rollgait.view.design.draft import Draft
 from rollgait.view.design.handles import Selection
+from rollgait.view.panels.design.actions import Actions
 from rollgait.view.panels.design.fields import Fields, by_a_person, choose
 from rollgait.view.panels.design.gait import GaitPanel
 from rollgait.view.panels.design.ground import GroundPanel
 from rollgait.view.panels.design.limits import LimitsPanel
+from rollgait.view.panels.design.loads import LoadsPanel
 from rollgait.view.panels.design.places import PlacesPanel
+from rollgait.view.panels.design.terms import TermsPanel
 from rollgait.view.panels.diagnosis import DiagnosisPanel
 from rollgait.view.panels.motion import BAD, DIM, GOOD
 from rollgait.view.solving import SolvingProgress
@@ -27,40 +30,6 @@ UNDO: Final = "↶ undo"
 REDO: Final = "↷ redo"
 SAID: Final = "margin:0.4em 0.75em;font:12px system-ui,sans-serif"
 PROFILES: Final = ("executable", "paper")
-
-
-class Actions:
-    """What the buttons of this tab do; `Designer` is all of it."""
-
-    draft: Draft
-
-    def change(self, values: Mapping[str, Any], stroke: str = "") -> None:
-        """Changes the draft."""
-        raise NotImplementedError
-
-    def select(self, what: Selection) -> None:
-        """Gives the handle in the scene to something."""
-        raise NotImplementedError
-
-    def pick(self, name: str) -> None:
-        """Begins with a scenario of the library."""
-        raise NotImplementedError
-
-    def step_back(self) -> None:
-        """Undoes."""
-        raise NotImplementedError
-
-    def step_ahead(self) -> None:
-        """Does again what was undone."""
-        raise NotImplementedError
-
-    def take_map(self, file: Any, keys: dict[str, Any]) -> None:
-        """Puts the draft on a map."""
-        raise NotImplementedError
-
-    def take(self, suggestion: Suggestion) -> None:
-        """Takes up what would help."""
-        raise NotImplementedError
 
 
 class PlanningPanel:
@@ -80,9 +49,6 @@ class PlanningPanel:
         on_plan: Callable[[], None],
         on_cancel: Callable[[], None],
     ) -> None:
-        def scenario() -> Any:
-            return actions.draft.scenario
-
         self._busy = False
         self.picker: Any = gui.add_dropdown("scenario", tuple(scenario_names()))
         history = gui.add_button_group("design", (UNDO, REDO), hint="Ctrl+Z, Ctrl+Y")
@@ -92,13 +58,15 @@ class PlanningPanel:
         self._diagnosis = DiagnosisPanel(gui, actions.take)
         self._fields = Fields(actions.change)
         self.robot: Any = gui.add_dropdown("robot", tuple(robot_names()))
-        self.places = PlacesPanel(gui, actions.change, scenario, actions.select)
-        self.gait = GaitPanel(gui, actions.change)
-        self.ground = GroundPanel(gui, actions.change, scenario, actions.select, actions.take_map)
+        self.places = PlacesPanel(gui, actions)
+        self.gait = GaitPanel(gui, actions)
+        self.ground = GroundPanel(gui, actions)
+        self.loads = LoadsPanel(gui, actions)
         self._profile: Any = gui.add_dropdown("profile", PROFILES, hint="Of the weights and bounds not given")
         self._fields.key(self._profile, "profile")
-        self.weights = LimitsPanel(gui, actions.change, scenario, "weights")
-        self.bounds = LimitsPanel(gui, actions.change, scenario, "bounds")
+        self.weights = LimitsPanel(gui, actions, "weights")
+        self.bounds = LimitsPanel(gui, actions, "bounds")
+        self.terms = TermsPanel(gui, actions)
         self.keep: Any = gui.add_checkbox("motion before as ghost", True)
         self.robot.on_update(by_a_person(lambda _: self._choose_robot(actions)))
         self.picker.on_update(by_a_person(lambda _: actions.pick(str(self.picker.value))))
@@ -120,9 +88,11 @@ class PlanningPanel:
         self.places.show(scenario, selected)
         self.gait.show(scenario)
         self.ground.show(scenario, selected)
+        self.loads.show(scenario)
         self._fields.show(scenario)
         self.weights.show(scenario)
         self.bounds.show(scenario)
+        self.terms.show(scenario)
         if not self._busy:
             self._diagnosis.show(None)
             self.say(draft.fault, good=False)

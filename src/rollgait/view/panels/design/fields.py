@@ -24,6 +24,7 @@ class Fields:
     def __init__(self, change: Change) -> None:
         self._change = change
         self._bound: list[tuple[Any, Read]] = []
+        self._built: Any = None
 
     def bind(self, handle: Any, read: Read, write: Callable[[Any], Mapping[str, Any]], stroke: str) -> Any:
         """A control, how its value is read from a scenario, and which keys a value of it sets."""
@@ -40,11 +41,22 @@ class Fields:
         for handle, read in self._bound:
             put(handle, read(scenario))
 
-    def forget(self) -> None:
-        """Takes all controls away."""
+    def rebuild(self, state: Any, folder: Any, build: Callable[[], None]) -> None:
+        """Makes the controls anew if they are those of another state.
+
+        Args:
+            state: that says which controls there are.
+            folder: of the page, that they stand in.
+            build: makes and binds them.
+        """
+        if state == self._built:
+            return
+        self._built = state
         for handle, _ in self._bound:
             handle.remove()
         self._bound = []
+        with folder:
+            build()
 
 
 def put(handle: Any, value: Any) -> None:

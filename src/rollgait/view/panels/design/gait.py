@@ -8,7 +8,8 @@ import viser
 
 from rollgait.scenario import Crawl, Discover, Pace, Scenario, Trot, Walk
 from rollgait.scenario.scenario import LONGEST
-from rollgait.view.panels.design.fields import Change, Fields, by_a_person, choose, put
+from rollgait.view.panels.design.actions import Actions
+from rollgait.view.panels.design.fields import Fields, by_a_person, choose, put
 
 DISCOVER: Final = str(Discover.model_fields["kind"].default)
 STEPPING: Final[dict[str, Any]] = {
@@ -31,13 +32,13 @@ class GaitPanel:
 
     Args:
         gui: of the page.
-        change: of the draft.
+        actions: what they do to the draft.
     """
 
-    def __init__(self, gui: viser.GuiApi, change: Change) -> None:
-        self._change = change
+    def __init__(self, gui: viser.GuiApi, actions: Actions) -> None:
+        self._change = actions.change
         self._base: Scenario | None = None
-        self._fields, self._times = Fields(change), Fields(change)
+        self._fields, self._times = Fields(actions.change), Fields(actions.change)
         self.gait: Any = gui.add_dropdown("gait", GAITS)
         self.steps: Any = gui.add_number("steps", 8, min=1, max=100, step=1)
         self.horizon: Any = gui.add_number(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Final
 
 import viser
@@ -11,7 +11,8 @@ from rollgait.scenario.scenario import Scenario
 from rollgait.terrain.parts import PART_KINDS
 from rollgait.view.design.handles import Selection
 from rollgait.view.design.parts import pose_of, with_copy_of_part, with_part, without_part
-from rollgait.view.panels.design.fields import Change, Fields, by_a_person, choose, put
+from rollgait.view.panels.design.actions import Actions
+from rollgait.view.panels.design.fields import Fields, by_a_person, choose, put
 from rollgait.view.panels.design.places import POSE, REMOVE
 
 COPY: Final = "copy"
@@ -45,26 +46,13 @@ class GroundPanel:
 
     Args:
         gui: of the page.
-        change: of the draft.
-        scenario: that is designed now.
-        select: gives the handle in the scene to something.
-        take_map: takes a file and the keys of its map.
+        actions: what they do to the draft.
     """
 
-    def __init__(
-        self,
-        gui: viser.GuiApi,
-        change: Change,
-        scenario: Callable[[], Scenario],
-        select: Callable[[Selection], None],
-        take_map: Callable[[Any, dict[str, Any]], None],
-    ) -> None:
-        self._gui, self._change, self._scenario, self._select = gui, change, scenario, select
-        self._take_map = take_map
+    def __init__(self, gui: viser.GuiApi, actions: Actions) -> None:
+        self._gui, self._actions = gui, actions
         self._number = 0
-        self._built: tuple[Any, ...] = ()
-        self._place_for_fields: Any = None
-        self._general = Fields(change)
+        self._general = Fields(actions.change)
         with gui.add_folder("ground", expand_by_default=False) as self._folder:
             self.add = gui.add_button_group("add a part", PART_KINDS, hint="Comes before the robot; drag it")
             self.which: Any = gui.add_dropdown("part", ("none",), visible=False)
@@ -75,7 +63,7 @@ class GroundPanel:
             self._general.key(friction, "ground.friction")
             with gui.add_folder("a map of your own", expand_by_default=False):
                 self._build_map(gui)
-        self._fields = Fields(change)
+        self._fields = Fields(actions.change)
         self.place.visible = False
         self.add.on_click(lambda event: self._add(event.target.value))
         self.which.on_update(by_a_person(lambda _: self._choose()))
@@ -94,10 +82,10 @@ class GroundPanel:
             "Upload a map", icon=viser.Icon.MAP, mime_type=MAPS, color="gray", hint="Heights: " + MAPS
         )
         self._no_map = gui.add_button("Take the map away", color="gray", visible=False)
-        self._no_map.on_click(lambda _: self._change({"ground.map": None}, ""))
+        self._no_map.on_click(lambda _: self._actions.change({"ground.map": None}, ""))
 
         def take(event: Any) -> None:
-            self._take_map(
+            self._actions.take_map(
                 event.target.value,
                 {
                     "resolution": float(resolution.value),
@@ -124,18 +112,17 @@ class GroundPanel:
             return
         part = parts[self._number]
         put(self.place, tuple(pose_of(part).values()))
-        built = (self._number, part.kind, _names(part))
-        if built != self._built:
-            self._built = built
-            self._fields.forget()
-            with self._sizes:
-                for name in _names(part):
-                    self._size(self._number, name)
+        sizes = _names(part)
+        self._fields.rebuild((self._number, part.kind, sizes), self._sizes, lambda: self._build_sizes(sizes))
         self._fields.show(scenario)
 
     def drag(self, pose: Mapping[str, float]) -> None:
         """Shows where the handle is while it is dragged."""
         put(self.place, tuple(pose.values()))
+
+    def _build_sizes(self, names: tuple[str, ...]) -> None:
+        for name in names:
+            self._size(self._number, name)
 
     def _size(self, number: int, name: str) -> None:
         """A box of one size of a part; of what may be none 0 means that."""
@@ -162,35 +149,35 @@ class GroundPanel:
         self._fields.bind(box, read, write, key)
 
     def _may_be_none(self, number: int, name: str) -> bool:
-        parts = self._scenario().ground.parts
+        parts = self._actions.scenario.ground.parts
         return number < len(parts) and not type(parts[number]).model_fields[name].is_required()
 
     def _choose(self) -> None:
         self._number = int(self.which.value.split()[0]) - 1
-        self._select(Selection("part", self._number))
+        self._actions.select(Selection("part", self._number))
 
     def _moved(self) -> None:
         what = Selection("part", self._number)
         values = dict(zip(("x", "y", "yaw_deg"), map(float, self.place.value), strict=True))
-        self._change(what.values(values), what.stroke)
-        self._select(what)
+        self._actions.change(what.values(values), what.stroke)
+        self._actions.select(what)
 
     def _add(self, kind: str) -> None:
-        scenario = self._scenario()
-        self._change(with_part(scenario, kind), "")
-        self._select(Selection("part", len(scenario.ground.parts)))
+        scenario = self._actions.scenario
+        self._actions.change(with_part(scenario, kind), "")
+        self._actions.select(Selection("part", len(scenario.ground.parts)))
 
     def _copy_or_remove(self, button: str) -> None:
-        scenario = self._scenario()
+        scenario = self._actions.scenario
         count = len(scenario.ground.parts)
         if self._number >= count:
             return
         if button == COPY:
-            self._change(with_copy_of_part(scenario, self._number), "")
-            self._select(Selection("part", count))
+            self._actions.change(with_copy_of_part(scenario, self._number), "")
+            self._actions.select(Selection("part", count))
         else:
-            self._change(without_part(scenario, self._number), "")
-            self._select(Selection("part", max(self._number - 1, 0)) if count > 1 else Selection())
+            self._actions.change(without_part(scenario, self._number), "")
+            self._actions.select(Selection("part", max(self._number - 1, 0)) if count > 1 else Selection())
 
 
 def _names(part: Any) -> tuple[str, ...]:

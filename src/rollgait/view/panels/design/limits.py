@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, Final
 
+import numpy as np
 import viser
 
 from rollgait.scenario.profile import PROFILES
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.weights import Bounds, Weights
-from rollgait.view.panels.design.fields import Change, Fields, by_a_person, choose
+from rollgait.view.panels.design.actions import Actions
+from rollgait.view.panels.design.fields import Fields, by_a_person, choose
 
-NOT_HERE: Final = frozenset({"box", "steering_deg", "without"})
-"""Keys that are no single number or switch: the YAML file has them."""
+NOT_HERE: Final = frozenset({"without"})
+"""Keys with a control of their own."""
+HINTS: Final = {
+    "box": "Half-sizes of the space of each foot: ahead, aside, up (m)",
+    "steering_deg": "Of a wheel against the base: smallest, largest (degrees)",
+}
+SIZE_STEP: Final = 0.01
+"""Of a box, m."""
 ADD: Final = "set one more …"
 DRIFT: Final = 0.1
 """First value of `touchdown_drift`, m/s."""
@@ -28,24 +35,20 @@ class LimitsPanel:
 
     Args:
         gui: of the page.
-        change: of the draft.
-        scenario: that is designed now.
+        actions: what they do to the draft.
         group: `weights` or `bounds`.
     """
 
-    def __init__(
-        self, gui: viser.GuiApi, change: Change, scenario: Callable[[], Scenario], group: str
-    ) -> None:
-        self._gui, self._change, self._scenario, self._group = gui, change, scenario, group
-        self._fields = Fields(change)
-        self._shown: tuple[str, ...] = ()
+    def __init__(self, gui: viser.GuiApi, actions: Actions, group: str) -> None:
+        self._gui, self._actions, self._group = gui, actions, group
+        self._fields = Fields(actions.change)
         self.boxes: dict[str, Any] = {}
         with gui.add_folder(group, expand_by_default=False):
             self._rows = gui.add_folder(None)
             self._more: Any = gui.add_dropdown("more", (ADD,))
             usual = gui.add_button("Those of the profile", color="gray")
         self._more.on_update(by_a_person(lambda _: self._add(str(self._more.value))))
-        usual.on_click(lambda _: self._change({self._group: {}}, ""))
+        usual.on_click(lambda _: self._actions.change({self._group: {}}, ""))
 
     def show(self, scenario: Scenario) -> None:
         """Shows what has a value."""
@@ -54,29 +57,39 @@ class LimitsPanel:
         others = tuple(name for name in names if name not in shown)
         choose(self._more, (ADD, *others), ADD)
         self._more.visible = bool(others)
-        if shown != self._shown:
-            self._shown = shown
-            self._fields.forget()
-            with self._rows:
-                self.boxes = {name: self._row(scenario, name) for name in shown}
+        self._fields.rebuild(shown, self._rows, lambda: self._build(scenario, shown))
         self._fields.show(scenario)
+
+    def _build(self, scenario: Scenario, names: tuple[str, ...]) -> None:
+        self.boxes = {name: self._row(scenario, name) for name in names}
 
     def _row(self, scenario: Scenario, name: str) -> Any:
         group, key = self._group, f"{self._group}.{name}"
         value = scenario.value_of(group, name)
+        box: Any
         if isinstance(value, bool):
-            box: Any = self._gui.add_checkbox(name, value)
-            read: Callable[[Scenario], Any] = lambda now: bool(now.value_of(group, name))  # noqa: E731
+            box = self._gui.add_checkbox(name, value)
+        elif isinstance(value, tuple) and len(value) == 3:
+            box = self._gui.add_vector3(name, value, step=SIZE_STEP, hint=HINTS.get(name))
+        elif isinstance(value, tuple):
+            box = self._gui.add_vector2(name, value, step=1.0, hint=HINTS.get(name))
         else:
+            value = float(value)
             low = -1.0 if name in ("com_margin", "capture_margin") else 0.0
-            box = self._gui.add_number(name, float(value), min=low, step=UNTOUCHED)
-            read = lambda now: float(now.value_of(group, name) or 0.0)  # noqa: E731
+            box = self._gui.add_number(name, value, min=low, step=UNTOUCHED)
+        kind = type(value)
+
+        def read(now: Scenario) -> Any:
+            own = now.value_of(group, name)
+            return None if own is None else kind(own)
+
         return self._fields.bind(box, read, lambda new: {key: new}, key)
 
     def _add(self, name: str) -> None:
         """One more key gets its first value."""
         if name != ADD:
-            self._change({f"{self._group}.{name}": first_value(self._scenario(), self._group, name)}, "")
+            value = first_value(self._actions.scenario, self._group, name)
+            self._actions.change({f"{self._group}.{name}": value}, "")
 
 
 def first_value(scenario: Scenario, group: str, name: str) -> Any:
@@ -84,6 +97,10 @@ def first_value(scenario: Scenario, group: str, name: str) -> Any:
     usual = PROFILES["executable"][group].get(name)
     if usual is not None:
         return usual
+    if name == "box":
+        return scenario.body.box
+    if name == "steering_deg":
+        return tuple(round(float(np.degrees(side)), 1) for side in scenario.steering_range(0))
     if name == "force_max":
         return round(SHARE_OF_WEIGHT * scenario.body.weight)
     return DRIFT if name == "touchdown_drift" else 1.0

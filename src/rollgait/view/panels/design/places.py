@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Final
 
 import viser
@@ -10,7 +10,8 @@ import viser
 from rollgait.scenario.scenario import Scenario
 from rollgait.view.design.handles import Selection
 from rollgait.view.design.parts import pose_of, with_goal, without_goal
-from rollgait.view.panels.design.fields import Change, by_a_person, choose, put
+from rollgait.view.panels.design.actions import Actions
+from rollgait.view.panels.design.fields import by_a_person, choose, put
 
 ADD: Final = "add"
 REMOVE: Final = "take away"
@@ -25,19 +26,11 @@ class PlacesPanel:
 
     Args:
         gui: of the page.
-        change: of the draft.
-        scenario: that is designed now.
-        select: gives the handle in the scene to something.
+        actions: what they do to the draft.
     """
 
-    def __init__(
-        self,
-        gui: viser.GuiApi,
-        change: Change,
-        scenario: Callable[[], Scenario],
-        select: Callable[[Selection], None],
-    ) -> None:
-        self._scenario, self._change, self._select = scenario, change, select
+    def __init__(self, gui: viser.GuiApi, actions: Actions) -> None:
+        self._actions = actions
         self._number = 0
         self._goals: tuple[str, ...] = (GOAL,)
         self.which: Any = gui.add_dropdown(
@@ -76,26 +69,26 @@ class PlacesPanel:
     def _choose(self) -> None:
         name = str(self.which.value)
         if name in self._goals:
-            self._select(Selection("goal", self._goals.index(name)))
+            self._actions.select(Selection("goal", self._goals.index(name)))
         elif name == START:
-            self._select(Selection("start"))
+            self._actions.select(Selection("start"))
 
     def _moved(self, what: Selection, box: Any) -> None:
         values = dict(zip(("x", "y", "yaw_deg"), map(float, box.value), strict=True))
-        self._change(what.values(values), what.stroke)
-        self._select(what)
+        self._actions.change(what.values(values), what.stroke)
+        self._actions.select(what)
 
     def _begin(self) -> None:
         key = f"goal.then.{self._number - 1}.at"
         if self._number > 0:
-            self._change({key: float(self.at.value)}, key)
+            self._actions.change({key: float(self.at.value)}, key)
 
     def _add_or_remove(self, button: str) -> None:
-        scenario = self._scenario()
+        scenario = self._actions.scenario
         count = len(scenario.goal.then)
         if button == ADD:
-            self._change(with_goal(scenario), "")
-            self._select(Selection("goal", count + 1))
+            self._actions.change(with_goal(scenario), "")
+            self._actions.select(Selection("goal", count + 1))
         elif count:
-            self._change(without_goal(scenario, self._number), "")
-            self._select(Selection("goal", max(self._number - 1, 0)))
+            self._actions.change(without_goal(scenario, self._number), "")
+            self._actions.select(Selection("goal", max(self._number - 1, 0)))
