@@ -14,7 +14,7 @@ import mujoco
 import rollgait as rg
 from rollgait.robot.urdf_model import WholeBodyModel
 from rollgait.robot.whole_body import find_whole_body, load_whole_body
-from rollgait.simulation.feedback import PERIOD, SWAY_TIME, BaseFeedback
+from rollgait.simulation.feedback import PERIOD, SWAY_TIME, TILT_SHARE, BaseFeedback
 from rollgait.simulation.leg_shift import LegShift
 from rollgait.simulation.report import rotation_matrices
 from rollgait.simulation.world import World, build_world
@@ -124,6 +124,34 @@ def test_feet_that_stand_go_along_with_a_base_that_sways(
     assert moved[:, 2] == pytest.approx(np.zeros(4), abs=2e-4)
     if stepping.robot.legs.FL.foot == "fixed":
         assert rolled == pytest.approx(np.zeros(4), abs=2e-3)
+
+
+@pytest.mark.parametrize("tilt", [(0.02, 0.0, 0.0), (0.0, 0.02, 0.0), (-0.01, 0.015, 0.0)])
+def test_legs_level_a_base_that_tilts(stepping: rg.JointTrajectory, tilt: tuple[float, float, float]) -> None:
+    """Feet go down from the base where the base is too low, as a rigid body, by a share of the tilt."""
+    world = world_of(stepping)
+    feedback, data = BaseFeedback(world, stepping), data_at(world, stepping, 0)
+    tilted = np.empty(4)
+    angle = np.linalg.norm(tilt)
+    turn = np.array([np.cos(angle / 2), *(np.sin(angle / 2) * np.array(tilt) / angle)])
+    mujoco.mju_mulQuat(tilted, turn, data.qpos[3:7])
+    data.qpos[3:7] = tilted
+    for _ in range(3):  # a Newton step each
+        shift, _ = feedback.update(0.0, data)
+    _, moved = rolled_and_moved(stepping, world, shift)
+    lever = stepping.reference.foot_position[0] - stepping.base_position[0]
+    rises = np.cross(np.array(tilt), lever)[:, 2]
+    assert moved[:, 2] == pytest.approx(TILT_SHARE * rises, abs=2e-4)
+
+
+def test_a_robot_on_soft_legs_tilts_less(
+    stepping: rg.JointTrajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tilts = []
+    for share in (TILT_SHARE, 0.0):
+        monkeypatch.setattr("rollgait.simulation.feedback.TILT_SHARE", share)
+        tilts.append(rg.simulate(stepping, feedback=True).report().tilt_error)
+    assert tilts[0] < 0.95 * tilts[1]
 
 
 def test_a_base_that_is_pushed_sways_less(

@@ -8,7 +8,8 @@ far as the wheels stand still, the legs shift the base over the feet sideways.
 Of wheels that do not steer the twist asks only for what is along the heading that all of them share, and for
 turns where they may slip sideways; point feet roll nowhere. The rest is for the legs: those that stand shift
 and turn the base over their feet, those in the air go to where their feet were planned in the world, so that
-steps take back what the base is off. Standing legs also take out the speed with which the base sways.
+steps take back what the base is off. Standing legs also take out the speed with which the base sways, and
+level it where it tilts beside its plan.
 """
 
 from __future__ import annotations
@@ -21,8 +22,10 @@ from numpy.typing import NDArray
 from rollgait.angles import turned
 from rollgait.simulation.leg_shift import LegShift
 from rollgait.simulation.report import rotation_matrices
+from rollgait.simulation.skid_feedback import turning_rims, unwinding
 from rollgait.simulation.world import World
 from rollgait.tracking.joints import JointTrajectory
+from rollgait.tracking.tasks import rotation_vector
 
 Array = NDArray[np.float64]
 
@@ -77,9 +80,6 @@ FREE_SHARE: Final = 0.5
 AFTER_STEP: Final = 0.1
 """From how long after the last step on all feet count as standing, s."""
 
-SKID_TURN: Final = 4.0
-"""By how much more wheels that may slip sideways are asked to turn the base: half of it they slide."""
-
 SWAY_TIME: Final = 0.06
 """Shift of the feet per speed with which the base sways beside its plan, s. Legs between base and ground are
 springs with hardly any damping (ζ about 0.08); taking the error of the place back at a gain of more than
@@ -87,6 +87,17 @@ springs with hardly any damping (ζ about 0.08); taking the error of the place b
 
 SWAY_MAX: Final = 0.02
 """Largest such shift, m."""
+
+TILT_SHARE: Final = 0.5
+"""Share of a tilt beside its plan by which the legs level the base at once. Legs are springs: on a narrow
+triangle of feet the base tips over, from a height h over legs of stiffness k at a distance l from its edge if
+m g h > k l². This makes k half as large again."""
+
+TILT_TIME: Final = 0.02
+"""The same of the rate of the tilt, s, which damps it. Twice that shakes up robots of 2.5 kg."""
+
+TILT_MAX: Final = 0.03
+"""Farthest that it lengthens or shortens a leg, m."""
 
 PARALLEL: Final = np.radians(1.0)
 """Up to this angle between their headings wheels roll into one direction, rad."""
@@ -106,8 +117,7 @@ class BaseFeedback:
         self._steered = np.zeros(4)
         self._shift = np.zeros((4, 2))
         self._has_wheel = np.array([wheel is not None for wheel in world.wheels])
-        slips = all(leg.slip_max is not None for leg in joints.robot.leg_list)
-        self._turn_share = SKID_TURN if slips else 0.0
+        self._skids = all(leg.slip_max is not None for leg in joints.robot.leg_list)
         self._steers = self._has_wheel & [joint is not None for joint in world.steering]
         steps = joints.time[~joints.reference.contact.all(axis=1)]
         self._stands_from = float(steps[-1]) + AFTER_STEP if len(steps) else 0.0
@@ -130,9 +140,9 @@ class BaseFeedback:
         away = plan.base_position[k, :2] - data.qpos[:2]
         turned_by = wrapped(yaw_of(plan.base_quaternion[k]) - yaw)
         heading, speed = samples.heading[k], samples.speed[k] * (time <= plan.time[-1])
-        stance, sway = samples.contact[k], np.zeros((4, 2))
+        stance, sway, height = samples.contact[k], np.zeros((4, 2)), np.zeros((4, 1))
         if self._steers.all():
-            rolling = self._roll(k, away, turned_by, stance)
+            rolling = self._roll(self._along(k, self._wanted(k, away, turned_by)), stance)
             steering_rate = self._steer(k, away, turned_by, speed)
             if time >= self._stands_from:
                 left = np.array([-np.sin(yaw), np.cos(yaw)])
@@ -140,9 +150,12 @@ class BaseFeedback:
                 self._shift_base(k, standing * (away @ left) * left, 0.0, stance)
         else:
             along = self._shared_heading(heading, stance)
-            rolling = self._roll(
-                k, (away @ along) * along, self._turn_share * turned_by, stance & self._has_wheel
-            )
+            rims = self._along(k, self._wanted(k, (away @ along) * along, 0.0))
+            if self._skids:
+                to_the_left = np.array([-along[1], along[0]])
+                lever = self._lever(k) @ np.stack([along, to_the_left], axis=1)
+                rims += turning_rims(lever, turned_by, float(away @ to_the_left))
+            rolling = self._roll(rims, stance & self._has_wheel)
             steering_rate = self._steer(k, np.zeros(2), turned_by, speed)
             across = away - (away @ along) * along
             gain = SHIFT_GAIN if time >= self._stands_from else STEPPING_GAIN
@@ -150,7 +163,14 @@ class BaseFeedback:
                 self._shift_base(k, across, turned_by, ~self._free[k], gain)
                 self._place_swinging(k, across, turned_by, self._free[k])
                 sway = self._against_sway(k, time, data)
-        height = np.zeros((4, 1))
+                height = self._against_tilt(k, time, data)
+            elif self._has_wheel.all():  # legs of a plane give way along the heading only
+                sway = self._against_sway(k, time, data)
+                ahead = np.stack([np.cos(heading), np.sin(heading)], axis=1)
+                sway = np.sum(sway * ahead, axis=1, keepdims=True) * ahead
+                height = self._against_tilt(k, time, data)
+        if self._skids and time > plan.time[-1]:
+            rolling = rolling + self._unwind(k, heading, data)
         self._legs.update(
             plan.base_position[k],
             plan.base_quaternion[k],
@@ -167,13 +187,28 @@ class BaseFeedback:
         rate = float(np.clip(GAIN * turned_by, -TURN_MAX, TURN_MAX))
         return velocity + rate * _left_of(self._lever(k))
 
-    def _roll(self, k: int, away: Array, turned_by: float, stance: NDArray[np.bool_]) -> Array:
-        """By which rate each wheel turns in addition, (4,), rad/s."""
-        wanted, heading = self._wanted(k, away, turned_by), self._joints.reference.heading[k]
-        along = wanted[:, 0] * np.cos(heading) + wanted[:, 1] * np.sin(heading)
-        rolling = np.where(stance, along, 0.0) / np.where(self._world.radius > 0.0, self._world.radius, 1.0)
+    def _along(self, k: int, wanted: Array) -> Array:
+        """Of a δ of the feet, (4, 2), what is along their headings, (4,), m/s."""
+        heading = self._joints.reference.heading[k]
+        return np.asarray(wanted[:, 0] * np.cos(heading) + wanted[:, 1] * np.sin(heading))
+
+    def _roll(self, rims: Array, stance: NDArray[np.bool_]) -> Array:
+        """By which rate each wheel turns in addition, (4,), rad/s, for speeds of the rims, (4,), m/s."""
+        rolling = np.where(stance, rims, 0.0) / np.where(self._world.radius > 0.0, self._world.radius, 1.0)
         self._rolled += rolling * PERIOD
         return rolling
+
+    def _unwind(self, k: int, heading: Array, data: Any) -> Array:
+        """Rates that let wheels at rest go to where they are, (4,), rad/s."""
+        world, planned = self._world, self._joints.joint_position[k] + self._legs.joints
+        axes, wound = data.xaxis[world.joints], np.zeros(4)
+        for leg, wheel in enumerate(world.wheels):
+            if wheel is not None:
+                turned_on = data.qpos[world.position[wheel]] - planned[wheel]
+                wound[leg] = self._rolled[leg] - _sense(axes[wheel], heading[leg]) * turned_on
+        rates = unwinding(wound)
+        self._rolled += rates * PERIOD
+        return rates
 
     def _steer(self, k: int, away: Array, turned_by: float, speed: Array) -> Array:
         """With which rate each heading changes in addition, (4,), rad/s."""
@@ -230,6 +265,20 @@ class BaseFeedback:
         stands = plan.reference.contact[k] & ~self._free[k]
         return np.array([bounded(each, SWAY_MAX) * here for each, here in zip(step, stands, strict=True)])
 
+    def _against_tilt(self, k: int, time: float, data: Any) -> Array:
+        """Heights of standing feet that level a base which tilts beside its plan, (4, 1), m."""
+        plan = self._joints
+        R_planned = rotation_matrices(plan.base_quaternion[k : k + 1])[0]
+        R_world_base = rotation_matrices(np.roll(data.qpos[3:7], -1)[None])[0]
+        tilt = rotation_vector(R_world_base @ R_planned.T)
+        moving = float(time <= plan.time[-1])
+        rate = R_world_base @ data.qvel[3:6] - moving * R_planned @ plan.base_velocity[k, 3:]
+        asked = TILT_SHARE * tilt + TILT_TIME * rate
+        lever = self._lever(k)
+        rises = asked[0] * lever[:, 1] - asked[1] * lever[:, 0]
+        stands = plan.reference.contact[k] & ~self._free[k]
+        return np.asarray(np.clip(rises, -TILT_MAX, TILT_MAX) * stands)[:, None]
+
     def _place_swinging(self, k: int, away: Array, turned_by: float, swings: NDArray[np.bool_]) -> None:
         """Leads feet in the air to where they were planned in the world, seen from where the base is."""
         yaw = yaw_of(self._joints.base_quaternion[k])
@@ -246,8 +295,7 @@ class BaseFeedback:
         for leg in range(4):
             wheel, steering = self._world.wheels[leg], self._world.steering[leg]
             if wheel is not None:
-                left = np.array([-np.sin(heading[leg]), np.cos(heading[leg]), 0.0])
-                sign = np.sign(axes[wheel] @ left)
+                sign = _sense(axes[wheel], heading[leg])
                 shift[wheel] += sign * self._rolled[leg]
                 rate[wheel] = sign * rolling[leg]
             if steering is not None:
@@ -266,6 +314,11 @@ def _middle_of_swings(contact: NDArray[np.bool_]) -> NDArray[np.bool_]:
             kept = round(0.5 * (1.0 - FREE_SHARE) * (end - begin))
             free[begin + kept : end - kept, leg] = True
     return free
+
+
+def _sense(axle: Array, heading: float) -> float:
+    """+1 where a wheel rolls ahead by turning about its joint's axis, (3,) in the world; −1 where back."""
+    return float(np.sign(axle @ [-np.sin(heading), np.cos(heading), 0.0]))
 
 
 def _left_of(vectors: Array) -> Array:

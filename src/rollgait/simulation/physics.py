@@ -78,6 +78,7 @@ class Physics:
         terrain: the ground, in place of the plane.
         begins: how long before time 0 the first step is, s.
         wrenches: what pulls at the base as planned, from time 0 on.
+        sliding: whether feet are meant to slide on the plane.
 
     Attributes:
         world: where things are in MuJoCo's model.
@@ -103,6 +104,7 @@ class Physics:
         begins: float,
         terrain: Terrain | None = None,
         wrenches: Sequence[Wrench] = (),
+        sliding: bool = False,
     ) -> None:
         self._pulls = Pulls(body, wrenches)
         self.world = build_world(
@@ -113,6 +115,7 @@ class Physics:
             ground_height=ground,
             terrain=terrain,
             about=pose.base_position[:2],
+            sliding=sliding,
         )
         self.data: Any = mujoco.MjData(self.world.model)
         self.drives = Controller(gains, reference, round(disturbances.latency / TIME_STEP))

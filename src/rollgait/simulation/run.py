@@ -79,6 +79,7 @@ class _Run:
             begins=lead,
             terrain=terrain,
             wrenches=joints.wrenches,
+            sliding=any(leg.slip_max for leg in joints.robot.leg_list),
         )
         self._ground = self._physics.ground
         self._feedback = BaseFeedback(self._physics.world, joints) if feedback else None

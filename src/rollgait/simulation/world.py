@@ -24,7 +24,7 @@ from rollgait.robot.standing_com import LinkLoad, link_loads
 from rollgait.robot.urdf_feet import FootShape, measure_foot
 from rollgait.robot.urdf_files import UNLIMITED, Urdf, read_urdf
 from rollgait.robot.whole_body import WholeBody
-from rollgait.simulation.ground_bodies import CONTACT_TIME, add_plane, add_terrain
+from rollgait.simulation.ground_bodies import CONTACT_TIME, GROUND, add_plane, add_terrain
 from rollgait.terrain.terrain import Terrain
 
 Array = NDArray[np.float64]
@@ -34,6 +34,13 @@ TIME_STEP: Final = 1e-3
 
 IMPEDANCE_RATIO: Final = 50.0
 """Of frictional to normal constraints: with MuJoCo's default of 1 a loaded foot slides."""
+
+SLIDING_TIME: Final = 0.2
+"""Time constant with which friction takes speed out of feet that are meant to slide, s. MuJoCo lifts what
+slides at v as much as an approach at μ v would: with the time constant of a contact's normal, 5 ms, a wheel
+at 0.1 m/s bounces a hundred times a second, and while it is in the air its drive spins it up along its
+heading, so that the rest of its friction is across. A robot on stiff legs of a plane that skids on the spot
+then turns at 0.35 of the rate that Coulomb's law has, with this at 0.8."""
 
 PAYLOAD_RADIUS: Final = 0.05
 """Radius of the ball that a load is drawn as, and an unplanned one is, m."""
@@ -113,6 +120,7 @@ def build_world(
     ground_height: float = 0.0,
     terrain: Terrain | None = None,
     about: Array | None = None,
+    sliding: bool = False,
     visual: bool = False,
 ) -> World:
     """The robot on the ground, with what it carries.
@@ -125,6 +133,7 @@ def build_world(
         ground_height: z of the ground where that is a plane, m.
         terrain: the ground, in place of the plane. Base and legs then collide with it, too.
         about: where the robot starts on it, (2,), m; the origin if not given.
+        sliding: feet slide on the plane as planned, not by accident: see `SLIDING_TIME`.
         visual: load the meshes for people to look at.
 
     Raises:
@@ -135,6 +144,7 @@ def build_world(
     urdf = read_urdf(body.urdf)
     colliding = set() if terrain is None else _colliding_links(body, urdf)
     spec = _read(urdf, visual, colliding)
+    _set_options(spec, given)
     root = spec.worldbody.first_body()
     root.add_freejoint(name="floating_base")
     efforts = _limits(urdf)
@@ -154,6 +164,8 @@ def build_world(
         used.append(true)
     if terrain is None:
         add_plane(spec, ground_height, given.friction, visual)
+        if sliding:
+            _let_slide(spec, given.friction)
     else:
         add_terrain(spec, terrain, np.zeros(2) if about is None else about, given.friction, visual)
     for number, load in enumerate(link_loads(body)):
@@ -166,7 +178,6 @@ def build_world(
     effort_max = np.array([efforts.get(name, np.inf) for name in joint_names])
     for place, driven in enumerate(joint_names):
         _add_drive(spec, driven, 0.0 if damping is None else float(damping[place]), effort_max[place])
-    _set_options(spec, given)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -302,6 +313,16 @@ def _add_foot(spec: Any, name: str, frame: str, shape: FootShape, radius: float,
         fromto=[*(shape.centre - half), *(shape.centre + half)],
         **foot,
     )
+
+
+def _let_slide(spec: Any, friction: float) -> None:
+    """Contacts of feet and plane in which friction is slower, and by as much stiffer: creep is the same."""
+    spec.option.impratio *= SLIDING_TIME / CONTACT_TIME
+    for name in LEG_NAMES:
+        pair = spec.add_pair(geomname1=GROUND, geomname2=_FOOT + name, condim=3)
+        pair.friction = [friction, friction, 0.0, 0.0, 0.0]
+        pair.solref = [CONTACT_TIME, 1.0]
+        pair.solreffriction = [SLIDING_TIME, 1.0]
 
 
 def _as_ball(payload: Payload) -> LinkLoad:
