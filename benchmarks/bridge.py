@@ -31,6 +31,8 @@ JOINTS = tuple(f"joint_{k}" for k in range(39))
 PERIOD = 0.01
 FOUND_WITHIN = 10.0
 ROUND_TRIP = 2
+SPARE = 2000
+"""Messages before the first that counts, at most: those of 10 s, twice."""
 P99_MAX = 5.0
 """Latency that 99 % of the messages must keep, ms."""
 GROWTH_MAX = 2.0
@@ -87,13 +89,16 @@ def measured(seconds: float) -> tuple[list[tuple[str, ...]], bool]:
     process.start()
     here.recv()
     transport = DdsTransport(DOMAIN)
-    back: list[tuple[int, float]] = []
+    count, heard_here = round(seconds / PERIOD), 0
+    stamps, times = np.full(count + SPARE, -1), np.full(count + SPARE, np.nan)  # lists would grow
     answers = Stream(PERIOD)
 
     def receive(data: bytes) -> None:
+        nonlocal heard_here
         stamp = nanoseconds_of(decoded(JOINT_COMMANDS, data)["header"])
         if answers.admits(stamp):
-            back.append((stamp, time.perf_counter()))
+            stamps[heard_here], times[heard_here] = stamp, time.perf_counter()
+            heard_here += 1
 
     transport.subscribe(JOINT_COMMANDS, receive)
     transport.advertise([JOINT_STATES])
@@ -104,14 +109,14 @@ def measured(seconds: float) -> tuple[list[tuple[str, ...]], bool]:
         transport.publish(JOINT_STATES, encoded(JOINT_STATES, joint_state(stamp, JOINTS, row, row, row)))
 
     number = 0
-    while not back and number * PERIOD < FOUND_WITHIN:  # until the two have found one another
+    while not heard_here and number * PERIOD < FOUND_WITHIN:  # until the two have found one another
         send(number := number + 1)
         transport.receive(PERIOD)
     until(lambda: False, transport, 0.5)
-    back.clear()
+    heard_here = 0
     answers.lost = 0
-    first, count = number + 1, round(seconds / PERIOD)
-    sent = np.empty(count)
+    first = number + 1
+    sent = np.full(count, np.nan)
     sizes = []
     due = time.perf_counter()
     for k in range(count):
@@ -122,12 +127,12 @@ def measured(seconds: float) -> tuple[list[tuple[str, ...]], bool]:
         due += PERIOD
         while (left := due - time.perf_counter()) > 0.0:
             transport.receive(left)
-    until(lambda: len(back) >= count, transport, 2.0)
+    until(lambda: heard_here >= count, transport, 2.0)
     here.send("done")
     heard, noticed, others = here.recv()
     transport.close()
-    numbers = np.array([round((stamp - 10**9) / (1e9 * PERIOD)) - first for stamp, _ in back])
-    ms = 1e3 * (np.array([at for _, at in back]) - sent[numbers]) / ROUND_TRIP
+    numbers = np.rint((stamps[:heard_here] - 10**9) / (1e9 * PERIOD)).astype(int) - first
+    ms = 1e3 * (times[:heard_here] - sent[numbers]) / ROUND_TRIP
     lost_back = count - len(set(numbers.tolist()))
     heard -= number  # those before the first that counts
     lost_there = count - heard

@@ -33,7 +33,11 @@ def dask() -> Iterator[None]:
     from dask.distributed import Client, LocalCluster
 
     with (
-        LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        LocalCluster(
+            n_workers=2,
+            threads_per_worker=1,
+            dashboard_address=None,  # pyright: ignore[reportArgumentType]  (None is what Dask documents)
+        ) as cluster,
         Client(cluster),
         joblib.parallel_config(backend="dask"),
     ):

@@ -295,6 +295,8 @@ def set_key(data: dict[str, Any], key: str, value: Any) -> None:
 def _index(node: list[Any], name: str, key: str) -> int:
     places = [str(place) for place in range(len(node))]
     if name not in places:
-        rule = "is not a place in this list" if places else "cannot be set: the list is empty"
+        rule = (
+            "is not a place in this list" if places else "is no place: the list is empty; set it as a whole"
+        )
         raise InputError(key, name, rule, places)
     return int(name)

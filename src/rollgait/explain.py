@@ -52,6 +52,9 @@ def explain(model: type[BaseModel], error: ValidationError, prefix: str = "") ->
         if isinstance(first["loc"][-1], int):
             return InputError(field.rpartition(".")[0], value, f"must have {_wanted(errors, first)} values")
         return InputError(field, MISSING, "must be given")
+    if kind == "too_short":
+        wanted = context["min_length"]
+        return InputError(field, value, f"must have at least {wanted} value{'s' if wanted > 1 else ''}")
     if kind == "too_long":
         return InputError(field, value, f"must have at most {context['max_length']} values")
     if kind == "union_tag_invalid":

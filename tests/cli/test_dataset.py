@@ -70,3 +70,29 @@ def test_mistakes_are_told_in_a_line(
     monkeypatch.chdir(tmp_path)
     assert run(["dataset", *arguments]) == 2
     assert message.removeprefix("dataset: ") in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["stats", "{}", "--plot", "all.txt"], "format: 'txt' is not known; valid: p"),
+        (["stats", "{}", "--plot", "file/all.png"], "cannot be written"),
+        (["show", "{}", "1", "--out", "one.txt"], "out: 'one.txt' must end in .npz"),
+        (["export", "{}", "--out", "file/all"], "cannot be written"),
+    ],
+)
+def test_files_that_cannot_be_written_are_told_before_any_work(
+    arguments: list[str],
+    message: str,
+    file: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("file").touch()
+    assert run(["dataset", *(word.format(file.with_suffix("")) for word in arguments)]) == 2
+    said = capsys.readouterr()
+    assert message in said.err
+    assert said.out == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

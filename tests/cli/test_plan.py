@@ -176,6 +176,28 @@ def test_ctrl_c_leaves_nothing(solver: str, folder: Path) -> None:
     assert list(folder.iterdir()) == []
 
 
+def test_ctrl_c_while_the_commands_are_loaded_is_told_in_a_line() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", CTRL_C_AT_ONCE], capture_output=True, text=True, check=False, timeout=60
+    )
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "error: stopped by Ctrl-C; no file is left half-written\n"
+
+
+CTRL_C_AT_ONCE = """
+import sys
+
+class Pressing:
+    def find_spec(self, name, *_):
+        if name == "rollgait.cli.app":
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, Pressing())
+from rollgait.cli import main
+main()
+"""
+"""Presses Ctrl-C where the commands are imported."""
+
 WITH_CTRL_C = f"""
 import os
 from rollgait.cli import main, plan

@@ -115,3 +115,23 @@ def test_a_wrong_urdf_leaves_nothing_behind(folder: Path, capsys: pytest.Capture
     assert run(["robot", "import", str(file)]) == 2
     assert capsys.readouterr().err.count("\n") == 1
     assert list(folder.iterdir()) == [folder / file]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["folder"], "urdf: 'folder' cannot be read: it is a folder"),
+        (["MODEL", "--out", "mine.txt"], "out: 'mine.txt' must end in .yaml or .yml"),
+        (["MODEL", "--legs", "other.yaml"], "goal: 'goal' is not a known key, in other.yaml; valid: "),
+    ],
+)
+def test_slips_are_told_before_any_work(
+    arguments: list[str], message: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = bare(next(iter(LOOKALIKES)))
+    Path("folder").mkdir()
+    Path("other.yaml").write_text("goal: {x: 1}\n", encoding="utf-8")
+    before = sorted(folder.iterdir())
+    assert run(["robot", "import", *(model if word == "MODEL" else word for word in arguments)]) == 2
+    assert message in capsys.readouterr().err
+    assert sorted(folder.iterdir()) == before

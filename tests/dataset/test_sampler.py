@@ -128,6 +128,7 @@ def test_robots_gaits_grounds_loads_and_weights_vary(tmp_path: Path) -> None:
         ({"count": 0}, "count: 0 must be at least 1"),
         ({"families": {}}, "families"),
         ({"vary": {"goal.y": {"unifrom": [0, 1]}}}, "vary.goal.y.unifrom"),
+        ({"vary": {"goal.y": {"choice": []}}}, "choice: [] must have at least 1 value"),
         ({"vary": {"goal.y": {}}}, "exactly one of uniform, normal, choice, list, grid, not none"),
         ({"vary": {"goal.y": {"uniform": [1, 0]}}}, "in this order"),
         ({"vary": {"goal.y": {"choice": [1], "grid": [2]}}}, "not choice and grid"),

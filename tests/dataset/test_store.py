@@ -17,7 +17,7 @@ import pytest
 
 import rollgait as rg
 from rollgait.config import dump_yaml
-from rollgait.dataset import Spec
+from rollgait.dataset import Sampler, Spec
 from rollgait.dataset.store import Store
 from rollgait.errors import FileError
 from tests.clusters import dask_cluster
@@ -115,6 +115,45 @@ def test_a_row_in_two_files_counts_once(library: rg.Dataset, tmp_path: Path) -> 
     assert both.check(1).twice == (0, 1, 2, 3, 4, 5)
     assert not both.check(1).passed
     assert again(folder).check(6).passed
+
+
+def test_a_reader_loses_no_row_that_becomes_part_of_another_file(library: rg.Dataset, tmp_path: Path) -> None:
+    """The writer makes a part of all rows after the reader has read the first and listed the others."""
+    folder = split(library, tmp_path / "moving")
+    reader = Store.open(folder)
+    tables = reader.tables(["status"])
+    found = next(tables)["row"].to_pylist()
+    assert found == [0]
+    writer = Store.open(folder)
+    with writer.writing():
+        writer.merge()
+    for table in tables:
+        found += table["row"].to_pylist()
+    assert found == [0, 1, 2, 3, 4, 5]
+    assert reader.find(4) is not None
+
+
+def test_a_reader_knows_the_count_that_was_when_it_came(library: rg.Dataset, tmp_path: Path) -> None:
+    folder = tmp_path / "raised"
+    shutil.copytree(library.folder, folder)
+    reader = rg.Dataset(folder)
+    again(folder, 8)
+    assert facts(reader) == facts(library)
+    assert len(reader) == 6
+
+
+def test_a_family_that_is_refused_as_a_whole_is_a_slip(tmp_path: Path) -> None:
+    def families(**vary: Any) -> dict[str, Any]:
+        return {"near": {"base": BASE, "vary": vary}, "fine": {"base": BASE}}
+
+    for key, one, message in (
+        ("goal.q", {"uniform": [0.0, 1.0]}, "families.near.vary.goal.q: 'q' is not a known key.*valid: x, y"),
+        ("horizon", {"choice": [-1.0, -2.0]}, r"families.near.vary.horizon: -\d.* must be greater than 0"),
+    ):
+        with pytest.raises(rg.InputError, match=message):
+            again(tmp_path / "slip", families=families(**{key: one}))
+    assert not (tmp_path / "slip").exists()
+    Sampler.of(Spec.from_dict(spec(families=families(horizon={"list": [-1.0, 1.6]})))).require_sense()
 
 
 def test_a_higher_count_leaves_the_first_rows_as_they_are(library: rg.Dataset, tmp_path: Path) -> None:

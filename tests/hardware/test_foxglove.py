@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from rollgait.errors import InputError
-from rollgait.hardware.topics import VELOCITY, decoded, encoded
+from rollgait.hardware.topics import OUTPUTS, VELOCITY, decoded, encoded
 from rollgait.ros.messages import joint_state
 from rollgait.ros.topics import JOINT_STATES
 
@@ -51,8 +51,9 @@ def told(client: Any, operation: str) -> dict[str, Any]:
 def test_a_client_reads_what_is_published(server: FoxgloveTransport) -> None:
     server.publish(JOINT_STATES, encoded(JOINT_STATES, STATE))
     with connected(server) as client:
-        (channel,) = told(client, "advertise")["channels"]
-        assert channel["topic"] == "/joint_states"
+        (channel,) = [
+            each for each in told(client, "advertise")["channels"] if each["topic"] == JOINT_STATES.name
+        ]
         assert channel["encoding"] == "cdr"
         assert channel["schemaName"] == "sensor_msgs/msg/JointState"
         assert channel["schemaEncoding"] == "ros2msg"
@@ -70,6 +71,27 @@ def test_a_client_reads_what_is_published(server: FoxgloveTransport) -> None:
         decoder = pytest.importorskip("mcap_ros2._dynamic", reason="mcap-ros2-support is not installed")
         read = decoder.generate_dynamic(channel["schemaName"], channel["schema"])[channel["schemaName"]]
         np.testing.assert_array_equal(read(frame[13:]).effort, STATE["effort"])
+
+
+def test_who_comes_before_the_first_message_gets_all_topics(server: FoxgloveTransport) -> None:
+    """Each channel is there before a client is: one made under its eyes may refuse its subscription."""
+    with connected(server) as client:
+        channels = told(client, "advertise")["channels"]
+        assert {each["topic"] for each in channels} == {topic.name for topic in OUTPUTS}
+        wanted = [{"id": each["id"], "channelId": each["id"]} for each in channels]
+        client.send(json.dumps({"op": "subscribe", "subscriptions": wanted}))
+        came: set[int] = set()
+        for _ in range(100):
+            for topic in OUTPUTS:
+                server.publish(topic, encoded(topic, {}))
+            while len(came) < len(wanted):
+                try:
+                    frame = client.recv(timeout=0.05)
+                except TimeoutError:
+                    break
+                assert isinstance(frame, bytes), frame  # neither a new channel nor a refusal
+                came.add(struct.unpack("<BI", frame[:5])[1])
+    assert came == {each["id"] for each in channels}
 
 
 @pytest.mark.parametrize("encoding", ["cdr", "json"])

@@ -194,7 +194,7 @@ class Hurried:
         return getattr(self._solver, name)
 
     def solve(self, guess: Any, **options: Any) -> Any:
-        return self._solver.solve(guess, **options | {"iterations": 1})
+        return self._solver.solve(guess, **options | {"iterations": 1, "repair": None})
 
 
 def test_a_solve_goes_on_where_the_one_before_was_cut(

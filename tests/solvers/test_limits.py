@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import shutil
+import signal
 import subprocess
 import sys
 import threading
 import time
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 import pytest
 
 from rollgait.errors import NotSolvedError
-from rollgait.solvers import Iteration, Solver, make_solver
+from rollgait.solvers import Iteration, Repair, Solver, make_solver
+from rollgait.solvers.budget import Budget
 from rollgait.solvers.fatrop import Fatrop
 from rollgait.solvers.refusal import LARGEST
 from rollgait.solvers.watched import NoAnswerError, call_watched
@@ -119,6 +123,93 @@ def test_no_iteration_begins_that_would_end_too_late(
     assert 1 <= solution.iterations <= 3
 
 
+# -- more iterations where they are needed -------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("asked", [1, 2])
+def test_a_repair_is_what_more_iterations_would_have_been(
+    asked: int, transcribed: Transcribed, guess: np.ndarray
+) -> None:
+    solver = make_solver("fatrop", transcribed, kernels=False)
+
+    def solve(above: float) -> np.ndarray:
+        return solver.solve(guess, iterations=asked, repair=Repair(above, 4)).w
+
+    few, many = solver.solve(guess, iterations=asked), solver.solve(guess, iterations=4)
+    assert solver.violation(few.w) > solver.violation(many.w) > 0.0
+    np.testing.assert_array_equal(solve(np.inf), few.w)
+    np.testing.assert_array_equal(solve(0.0), many.w)
+    np.testing.assert_array_equal(solve(solver.violation(few.w)), few.w)  # as much as that needs none
+    assert solver.violation(solve(0.999 * solver.violation(few.w))) < solver.violation(few.w)
+
+
+def test_repairs_end_as_soon_as_they_may() -> None:
+    repair = Repair(above=0.02, iterations=4)
+
+    def made(violations: list[float], iterations: int | None = 1) -> int:
+        budget = Budget(iterations=iterations, repair=repair)
+        return next(n for n, v in enumerate(violations, 1) if not budget.allows_another(n, v))
+
+    assert made([0.02]) == 1
+    assert made([0.021, 0.01]) == 2
+    assert made([1.0, np.nan, 0.03, 0.03]) == 4
+    assert made([0.0, 0.0, 1.0, 1.0], iterations=2) == 2
+    assert made([1.0] * 6, iterations=6) == 6
+    assert not Budget(until=0.0, iterations=3, repair=repair).allows_another(1, 1.0)  # it is late already
+
+
+# -- in whose thread -----------------------------------------------------------------------------------------
+
+SOON = 0.9
+"""s: who waits for no longer has the solve in his own thread, if there is a compiler."""
+needs_product = pytest.mark.skipif(
+    not sys.platform.startswith("linux") or shutil.which("cc") is None, reason="needs Linux and a compiler"
+)
+
+
+@needs_product
+def test_a_solve_in_the_own_thread_and_one_beside_it_are_the_same(
+    transcribed: Transcribed, guess: np.ndarray
+) -> None:
+    solver, threads = make_solver("fatrop", transcribed), set()
+
+    def who(iteration: Iteration) -> None:
+        threads.add(threading.get_ident())
+
+    here = solver.solve(guess, who, until=time.perf_counter() + SOON, iterations=8)
+    if solver.linear_algebra != "BLASFEO":  # (somebody may have loaded BLASFEO before in this process)
+        assert threads == {threading.get_ident()}
+    beside = solver.solve(guess, who, iterations=here.iterations)
+    assert threads - {threading.get_ident()}
+    np.testing.assert_array_equal(here.w, beside.w)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGUSR1"), reason="no such signal")
+def test_what_a_signal_raises_comes_out_of_a_solve_that_is_waited_for(
+    transcribed: Transcribed, guess: np.ndarray
+) -> None:
+    class ToldError(Exception):
+        pass
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        raise ToldError
+
+    solver = make_solver("fatrop", transcribed)
+    wanted = solver.solve(guess)
+    before = signal.signal(signal.SIGUSR1, handle)
+    try:
+        with pytest.raises(ToldError):
+            solver.solve(
+                guess,
+                lambda iteration: signal.raise_signal(signal.SIGUSR1),
+                until=time.perf_counter() + SOON,
+            )
+        assert signal.getsignal(signal.SIGUSR1) is handle
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    np.testing.assert_array_equal(solver.solve(guess).w, wanted.w)
+
+
 # -- what it is not asked ------------------------------------------------------------------------------------
 
 
@@ -180,19 +271,26 @@ transcribed = transcribe("condensed", small_problem(goal={goal!r}))
 solver = {solver}
 good = transcribed.encode(kinematic_guess(transcribed.problem))
 far = {scale} * np.random.default_rng(0).normal(size=good.size)
-lost = solver.solve(far, until=time.perf_counter() + 1.0)
+lost = solver.solve(far, until=time.perf_counter() + {seconds})
 print(lost.solved, lost.status, np.array_equal(lost.w, far))
-print(solver.solve(good).solved)
+print(solver.solve(good, until=time.perf_counter() + 100.0 * {seconds}).solved)
 """
 """From a guess so far off, fatrop looks for a factorisation without end."""
 DIRECT = 'make_solver("fatrop", transcribed, kernels=False)'
 BY_NLPSOL = "Fatrop(transcribed.nlp, transcribed.structure)"
 
 
-@pytest.mark.parametrize("solver", [DIRECT, BY_NLPSOL], ids=["fatrop", "fatrop by nlpsol"])
+HERE = 'make_solver("fatrop", transcribed)'
+
+
+@pytest.mark.parametrize(
+    ("solver", "seconds"),
+    [(DIRECT, 1.0), (BY_NLPSOL, 1.0), pytest.param(HERE, 0.3, marks=needs_product)],
+    ids=["fatrop", "fatrop by nlpsol", "fatrop in this thread"],
+)
 @pytest.mark.parametrize("scale", [1e2, 1e6])
-def test_who_asks_a_solver_that_gets_lost_goes_on(solver: str, scale: float) -> None:
-    script = STUCK.format(root=str(ROOT), goal=GOAL, solver=solver, scale=scale)
+def test_who_asks_a_solver_that_gets_lost_goes_on(solver: str, scale: float, seconds: float) -> None:
+    script = STUCK.format(root=str(ROOT), goal=GOAL, solver=solver, scale=scale, seconds=seconds)
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=300, check=False
     )
@@ -201,6 +299,21 @@ def test_who_asks_a_solver_that_gets_lost_goes_on(solver: str, scale: float) -> 
     assert (solved, unchanged, goes_on) == ("False", "True", "True")
     assert status in ("No_Answer", "Invalid_Number_Detected")  # whether it gets lost depends on the problem
     assert ("it is left behind" in done.stderr) == (status == "No_Answer")
+
+
+@needs_product
+def test_a_solve_in_the_own_thread_that_gets_lost_leaves_nothing_running() -> None:
+    script = STUCK.format(root=str(ROOT), goal=GOAL, solver=HERE, scale=1e2, seconds=0.3)
+    script += "import threading\nfrom rollgait.solvers.watched import _idle\n"
+    script += "print(solver.linear_algebra, threading.active_count() - len(_idle), sep='; ')\n"
+    script = script.replace("until=time.perf_counter() + 100.0 * 0.3", "until=time.perf_counter() + 0.9")
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    first, _, last = done.stdout.splitlines()
+    assert first == "False No_Answer True"
+    assert last == "BLASFEO, product compiled for this processor; 1"
 
 
 def test_derivatives_that_are_no_numbers_end_a_solve(transcribed: Transcribed, guess: np.ndarray) -> None:

@@ -13,7 +13,8 @@ import pytest
 import rollgait as rg
 from rollgait.plan.plan import Plan
 from rollgait.solvers import linear_algebra
-from rollgait.solvers.linear_algebra import BLASFEO, BLASFEO_WITH_PRODUCT, FUNCTION, SWITCH
+from rollgait.solvers.linear_algebra import BLASFEO, BLASFEO_WITH_PRODUCT, SWITCH
+from rollgait.solvers.product_code import FUNCTION, SOURCE
 from rollgait.solvers.two_stages import error_of_two_stages
 
 pytestmark = pytest.mark.skipif(
@@ -190,4 +191,4 @@ def test_a_problem_of_two_stages_is_solved_in_this_process() -> None:
 
 
 def test_the_product_has_the_name_that_blasfeo_calls() -> None:
-    assert f"void {FUNCTION}(" in linear_algebra.SOURCE
+    assert f"void {FUNCTION}(" in SOURCE

@@ -33,4 +33,6 @@ def test_a_wrong_type_on_a_page_is_told_with_its_line(
     bad.write_text(PAGE.format(value="'two'"))
     assert check([good]) == 0
     assert check([bad]) == 1
-    assert "bad_page.py:9: error" in capfd.readouterr().out
+    said = capfd.readouterr().out
+    assert "bad_page.py:9: error" in said  # mypy's words
+    assert "bad_page.py:9:17 - error" in said  # Pyright's

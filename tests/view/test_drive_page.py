@@ -18,6 +18,8 @@ pytest.importorskip("pinocchio", reason="needs the extra whole-body")
 
 from rollgait.mpc.gaits import GAITS  # isort: skip
 from rollgait.mpc.log import MpcLog  # isort: skip
+from rollgait.mpc.plans.manoeuvres import manoeuvres_of  # isort: skip
+from rollgait.robot.library import find_robot  # isort: skip
 from rollgait.view.driving.page import DrivePage  # isort: skip
 from rollgait.view.driving.process import Setup  # isort: skip
 from rollgait.view.opening import open_clip  # isort: skip
@@ -30,6 +32,8 @@ GAMEPAD = """navigator.getGamepads = () => {
     return axes ? [{ connected: true, axes, buttons: [{}, { pressed }] }] : [];
 }"""
 """A browser in a test has no gamepad: this one is moved by the test."""
+PLANNED_WITHIN = 120.0
+"""s of wall time: the process that plans begins, and may have to compile."""
 HELD = 2000
 """How long a key is held, ms."""
 DRIVEN = 0.8
@@ -40,7 +44,9 @@ ON_THE_BODY = (350, 250)
 
 @pytest.fixture(scope="module")
 def drive() -> Iterator[DrivePage]:
-    page = DrivePage(Setup("centauro", "mujoco", "drive"), port=0)
+    page = DrivePage(
+        Setup("centauro", "mujoco", "drive", manoeuvres=manoeuvres_of(find_robot("centauro"))), port=0
+    )
     yield page
     page.close()
 
@@ -57,6 +63,14 @@ def page(drive: DrivePage, sheet: Any) -> Any:
 
 def joystick(page: Any) -> Any:
     return page.frame_locator("iframe[title=joystick]")
+
+
+def middle(page: Any, name: str) -> tuple[float, float]:
+    """Of a handle of the joystick, pixels in the window; brought into sight, as other tests scroll."""
+    handle = joystick(page).get_by_label(name)
+    handle.scroll_into_view_if_needed()
+    box = handle.bounding_box()
+    return box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
 
 
 def place(drive: DrivePage) -> np.ndarray:
@@ -113,8 +127,7 @@ def test_w_drives_forward_and_letting_go_stops_it(page: Any, drive: DrivePage) -
 
 
 def test_the_joystick_drives_to_the_left_and_the_lever_turns(page: Any, drive: DrivePage) -> None:
-    stick = joystick(page).get_by_label("joystick").bounding_box()
-    x, y = stick["x"] + stick["width"] / 2, stick["y"] + stick["height"] / 2
+    x, y = middle(page, "joystick")
     begin = place(drive)
     page.mouse.move(x, y)
     page.mouse.down()
@@ -123,8 +136,7 @@ def test_the_joystick_drives_to_the_left_and_the_lever_turns(page: Any, drive: D
     wait_until(lambda: place(drive)[1] > begin[1] + 0.1)
     page.mouse.up()
     comes_to_rest(drive)
-    lever = joystick(page).get_by_label("lever").bounding_box()
-    x, y = lever["x"] + lever["width"] / 2, lever["y"] + lever["height"] / 2
+    x, y = middle(page, "lever")
     yaw = float(drive.snapshot.state.euler[0])
     page.mouse.move(x, y)
     page.mouse.down()
@@ -168,6 +180,18 @@ def test_the_push_button_and_a_click_on_the_body_push(page: Any, drive: DrivePag
     assert y > 0.0
     assert z == 0.0
     wait_until(lambda: not drive.snapshot.pushed.any())
+    assert drive.snapshot.mode == "tracking"
+
+
+def test_a_manoeuvre_is_planned_carried_out_and_stopped_by_a_key(page: Any, drive: DrivePage) -> None:
+    begin = place(drive)
+    page.get_by_role("button", name="Climb what is ahead").click()
+    wait_until(lambda: "coming to rest" in drive.snapshot.manoeuvre)
+    wait_until(lambda: "following" in drive.snapshot.manoeuvre, PLANNED_WITHIN)
+    wait_until(lambda: np.hypot(*(place(drive) - begin)[:2]) > 0.1)
+    page.keyboard.press("Space")
+    wait_until(lambda: drive.snapshot.manoeuvre == "")
+    comes_to_rest(drive)
     assert drive.snapshot.mode == "tracking"
 
 

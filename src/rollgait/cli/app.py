@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any
 
 import typer
 
@@ -32,7 +32,7 @@ from rollgait.cli import (
     track,
     view,
 )
-from rollgait.cli.exit_status import INTERRUPTED
+from rollgait.cli.exit_status import INTERRUPTED, INTERRUPTED_WORDS
 from rollgait.cli.log import log_on_stderr
 from rollgait.cli.output import print_error
 from rollgait.cli.run import run as run_scenario
@@ -124,10 +124,5 @@ def run(arguments: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     if status == INTERRUPTED:
-        print_error("stopped by Ctrl-C; no file is left half-written")
+        print_error(INTERRUPTED_WORDS)
     return status if isinstance(status, int) else 0
-
-
-def main() -> NoReturn:
-    """Entry point of the command line."""
-    sys.exit(run())

@@ -9,11 +9,12 @@ import typer
 
 from rollgait.cli.arguments import Kernels
 from rollgait.cli.controlled import stopping
+from rollgait.cli.live import Domain, FoxgloveCommands, FoxglovePort, WithFoxglove, reach_from
 from rollgait.cli.progress import StatusLine
 
 if TYPE_CHECKING:
     from rollgait.hardware.bridge import Bridge
-    from rollgait.hardware.transports.transport import Slowed, Transport
+    from rollgait.hardware.transports.transport import Slowed
     from rollgait.mpc.prediction import Event
     from rollgait.plan.plan import Plan
     from rollgait.robot.robot import Robot
@@ -32,9 +33,7 @@ def bridge(
         ),
     ] = None,
     gait: Annotated[str, typer.Option(metavar="NAME", help="Gait in which commands are followed.")] = "drive",
-    domain: Annotated[
-        int | None, typer.Option(metavar="N", help="Domain of ROS 2. Default: ROS_DOMAIN_ID, or 0.")
-    ] = None,
+    domain: Domain = None,
     simulate: Annotated[
         bool, typer.Option("--simulate", help="Start a simulated robot in another process, and drive that.")
     ] = False,
@@ -43,18 +42,9 @@ def bridge(
         float,
         typer.Option(metavar="FACTOR", min=1.0, max=50.0, help="Simulate in slow motion, so slow."),
     ] = 1.0,
-    foxglove: Annotated[
-        bool, typer.Option("--foxglove", help="Say everything to Foxglove as well, on a WebSocket.")
-    ] = False,
-    foxglove_port: Annotated[
-        int, typer.Option(metavar="PORT", min=0, max=65535, help="Its port; 0 takes a free one.")
-    ] = 8765,
-    foxglove_commands: Annotated[
-        bool,
-        typer.Option(
-            "--foxglove-commands", help="Take commands from Foxglove: from any page on this machine."
-        ),
-    ] = False,
+    foxglove: WithFoxglove = False,
+    foxglove_port: FoxglovePort = None,
+    foxglove_commands: FoxgloveCommands = False,
     torque: Annotated[
         float, typer.Option(metavar="SHARE", min=0.01, max=1.0, help="Of the torque limits that may be used.")
     ] = 1.0,
@@ -75,31 +65,30 @@ def bridge(
     Exit status: 0 if the robot lies or was never enabled, 1 if it had to stand, 2 wrong input.
     """
     from rollgait.errors import InputError
-    from rollgait.hardware.topics import types
-    from rollgait.hardware.transports.dds import domain_of, need_dds
     from rollgait.mpc.gaits import find_gait
     from rollgait.robot.library import find_robot
     from rollgait.robot.whole_body import find_whole_body
 
-    types()
-    need_dds()
-    number, body = domain_of(domain), find_robot(robot)
+    reach = reach_from(domain, foxglove, foxglove_port, foxglove_commands)
+    body = find_robot(robot)
     find_whole_body(body)
     find_gait(gait)
     from rollgait.hardware.robot_process import RobotProcess, RobotSetup
+    from rollgait.hardware.transports.reach import opened
     from rollgait.hardware.transports.transport import Slowed
     from rollgait.plan.plan import Plan as PlanFile
 
     plans = [PlanFile.load(path) for path in plan or ()]
     if slow != 1.0 and not simulate:
         raise InputError("slow", slow, "is for simulated robots: hardware does not wait")
-    transport = _transport(number, foxglove or foxglove_commands, foxglove_port, foxglove_commands)
+    transport, said = opened(reach)
+    print("\n".join(said), flush=True)
     slowed = Slowed(transport, slow)
     other = None
     try:
         with StatusLine("building the controller …"):
             if simulate:
-                other = RobotProcess(RobotSetup(robot, number, seed, slow=slow))
+                other = RobotProcess(RobotSetup(robot, reach.domain, seed, slow=slow))
             driven = _built(body, slowed, gait, plans, (speed, torque), kernels)
         _run(driven, slowed, seconds)
     finally:
@@ -108,21 +97,6 @@ def bridge(
             other.close()
     if driven.phase == "stopped":
         raise typer.Exit(1)
-
-
-def _transport(domain: int, foxglove: bool, port: int, commands: bool) -> Transport:
-    from rollgait.hardware.transports.dds import DdsTransport
-    from rollgait.hardware.transports.transport import Several
-
-    dds = DdsTransport(domain)
-    print(f"ROS 2 on domain {domain}", flush=True)
-    if not foxglove:
-        return dds
-    from rollgait.hardware.transports.foxglove import FoxgloveTransport
-
-    server = FoxgloveTransport(port, commands=commands)
-    print(f"Foxglove: ws://127.0.0.1:{server.port}", flush=True)
-    return Several(dds, [server])
 
 
 def _built(

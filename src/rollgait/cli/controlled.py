@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import signal
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,16 +28,24 @@ SHOWN_EVERY = 0.2
 
 
 class Watching:
-    """Shows how far the run is, and ends it when it shall stop."""
+    """Shows how far the run is, here and perhaps to others, and ends it when it shall stop."""
 
-    def __init__(self, line: StatusLine, duration: float, stop: threading.Event) -> None:
-        self._line, self._duration, self._stop = line, duration, stop
+    def __init__(
+        self,
+        line: StatusLine,
+        duration: float,
+        stop: threading.Event,
+        show: Callable[[], None] | None = None,
+    ) -> None:
+        self._line, self._duration, self._stop, self._show = line, duration, stop, show
         self._next = 0.0
 
     def __call__(self, time: float) -> bool:
         if time >= self._next:
             self._line.show(f"running … {time:5.1f} s of {self._duration:g} s")
             self._next = time + SHOWN_EVERY
+        if self._show is not None:
+            self._show()
         return self._stop.is_set()
 
 

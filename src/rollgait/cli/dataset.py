@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rollgait.cli.arguments import AsJson, Seed, rate_from
+from rollgait.cli.arguments import AsJson, rate_from
 from rollgait.cli.output import number, print_json, print_note, print_table
 from rollgait.cli.replacing import note_replacing
 from rollgait.cli.usage import Commands
 from rollgait.cli.verbosity import Verbosity, verbosity
 from rollgait.errors import NotSolvedError, RollgaitError
+from rollgait.files import check_writable, npz_path
 
 if TYPE_CHECKING:
     from rollgait.dataset import Dataset
@@ -86,23 +87,29 @@ def stats(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say what came of the rows: verdicts, costs, times, margins, reasons."""
+    """Say what came of the rows.
+
+    Verdicts, costs, times, margins, reasons.
+    """
     from rollgait.dataset import Dataset
 
     found = Dataset(folder)
-    _print_stats(found, as_json)
     if plot is not None:
         from rollgait.dataset.stats import draw
+        from rollgait.view.figures import require_image_format
 
+        require_image_format(plot)
+        check_writable(plot)
         note_replacing(plot)
         print_note(f"{draw(found, plot)}")
+    _print_stats(found, as_json)
 
 
 @app.command("check")
 def check(
     folder: Folder,
     rows: Annotated[int, typer.Option(metavar="N", min=1, help="How many random rows to certify anew.")] = 20,
-    seed: Seed = 0,
+    seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed by which the rows are drawn.")] = 0,
     as_json: AsJson = False,
 ) -> None:
     """Certify random rows anew, from the table alone, and count the rows.
@@ -173,6 +180,9 @@ def show(
     from rollgait.dataset import Dataset
     from rollgait.dataset.columns import CERTIFIED
 
+    target = None if out is None else npz_path(out, "out")
+    if target is not None:
+        check_writable(target)
     found = Dataset(folder)
     record = found.record(row)
     asked = found.sampler.asked(row)
@@ -190,9 +200,10 @@ def show(
             print(f"  {key} = {_short(value)}")
         if record["certificate"] is not None:
             print(found.certificate(row))
-    if out is not None:
-        note_replacing(out)
-        print_note(str(found.plan(row).save(out)))
+    if target is not None:
+        plan = found.plan(row)
+        note_replacing(target)
+        print_note(str(plan.save(target)))
     if record["status"] != CERTIFIED:
         raise typer.Exit(NotSolvedError.exit_status)
 

@@ -20,6 +20,7 @@ from rollgait.cli.controlled import (
     stopping,
     write_log,
 )
+from rollgait.cli.live import Bridged, Domain, FoxglovePort, WithFoxglove, opened, reach_if, shown
 from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.cli.progress import StatusLine
 from rollgait.cli.simulate import Friction, Latency, PayloadText, RadiusError
@@ -65,6 +66,10 @@ def execute(
         bool, typer.Option("--force", help="Execute plans even if their certificates fail.")
     ] = False,
     kernels: Kernels = True,
+    bridge: Bridged = False,
+    domain: Domain = None,
+    foxglove: WithFoxglove = False,
+    foxglove_port: FoxglovePort = None,
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the log (.npz), a page (.html) or a film.")
     ] = None,
@@ -79,6 +84,7 @@ def execute(
     """
     if record is not None:
         check_recording(record, "record", DATA)
+    reach = reach_if(bridge, domain, foxglove, foxglove_port)
     from rollgait.cli.mpc_input import pushes_from
     from rollgait.mpc.execution import execute as execute_plans
     from rollgait.plan.plan import Plan
@@ -91,10 +97,14 @@ def execute(
     planned = sum(plan.horizon for plan in loaded)
     pushes = [one for text in push or () for one in pushes_from(text, planned, seed)]
     disturbed = (payload, friction, radius_error, latency)
-    with StatusLine("building the controller …", quiet=as_json) as line:
+    with (
+        opened(reach, quiet=as_json) as others,
+        StatusLine("building the controller …", quiet=as_json) as line,
+    ):
         loop = _loop(loaded, plant, estimator, disturbed, kernels, seed)
-        with stopping() as stop:
-            found = execute_plans(loaded, loop, Watching(line, planned, stop), pushes, replan)
+        with stopping() as stop, shown(loop, others, "execute") as live:
+            watch = Watching(line, planned, stop, live)
+            found = execute_plans(loaded, loop, watch, pushes, replan)
     file = None if record is None else str(write_log(found.log, record))
     report = found.report
     if as_json:

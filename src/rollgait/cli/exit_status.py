@@ -4,3 +4,6 @@ from typing import Final
 
 INTERRUPTED: Final = 130
 """After Ctrl-C, as shells count it: 128 + SIGINT."""
+
+INTERRUPTED_WORDS: Final = "stopped by Ctrl-C; no file is left half-written"
+"""What is said then."""

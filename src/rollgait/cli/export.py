@@ -11,6 +11,7 @@ from rollgait.cli.arguments import rate_from
 from rollgait.cli.motion_file import load_any_motion
 from rollgait.cli.replacing import note_replacing
 from rollgait.errors import InputError
+from rollgait.files import check_writable
 
 
 def export(
@@ -52,6 +53,8 @@ def export(
 
     suffix = FORMATS.get(file_format, file_format)
     target = out or Path(f"{file.name.removesuffix('.npz')}{f'.{suffix}' if suffix else '_bag'}")
+    if suffix:
+        check_writable(target)
     note_replacing(target)
     write(motion, target, file_format, per_second, meshes, controllers)
     print(target)

@@ -19,6 +19,16 @@ from rollgait.cli.controlled import (
     stopping,
     write_log,
 )
+from rollgait.cli.live import (
+    Bridged,
+    Domain,
+    FoxgloveCommands,
+    FoxglovePort,
+    WithFoxglove,
+    opened,
+    reach_if,
+    shown,
+)
 from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.cli.progress import StatusLine
 from rollgait.cli.simulate import Friction, Latency, PayloadText, RadiusError, Slope
@@ -44,7 +54,8 @@ def mpc(
         typer.Option(
             metavar="WHAT",
             help="random; velocities such as forward=0.3,turn_rate=0.2; a pose such as x=1,yaw_deg=90; a "
-            "script or a scenario (.yaml, or a scenario's name).",
+            "script or a scenario (.yaml, or a scenario's name); with --bridge also cmd_vel: what comes on "
+            "that topic.",
         ),
     ] = "random",
     gait: Annotated[
@@ -86,6 +97,11 @@ def mpc(
     slope: Slope = None,
     ground: GroundName = None,
     kernels: Kernels = True,
+    bridge: Bridged = False,
+    domain: Domain = None,
+    foxglove: WithFoxglove = False,
+    foxglove_port: FoxglovePort = None,
+    foxglove_commands: FoxgloveCommands = False,
     record: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the log (.npz), a page (.html) or a film.")
     ] = None,
@@ -105,12 +121,18 @@ def mpc(
     asked = asked_from(command, gait, duration, seed, push or ())
     chosen = settings_from(given, settings or ())
     disturbed = (payload, friction, radius_error, latency, slope)
-    with StatusLine("building the controller …", quiet=as_json) as line:
+    reach = reach_if(bridge, domain, foxglove, foxglove_port, foxglove_commands)
+    _check_outside(asked, command, bridge, foxglove_commands)
+    with (
+        opened(reach, quiet=as_json) as others,
+        StatusLine("building the controller …", quiet=as_json) as line,
+    ):
         loop = _loop(robot, plant, asked, chosen, estimator, disturbed, ground, kernels, seed)
         if plant.startswith(REPLAY):
             asked = _no_longer(asked, loop)
-        with stopping() as stop:
-            log = loop.run(asked.script, Watching(line, asked.script.duration, stop))
+        with stopping() as stop, shown(loop, others, "mpc", heard=asked.outside) as live:
+            watch = Watching(line, asked.script.duration, stop, live)
+            log = loop.run(asked.script, watch, None if live is None else live.ask)
     file = None if record is None else str(write_log(log, record))
     report = log.report()
     if as_json:
@@ -119,6 +141,17 @@ def mpc(
         _print(log, report, asked, chosen, estimator)
         print_written(file)
     leave(stop, report.passed)
+
+
+def _check_outside(asked: Asked, command: str, bridge: bool, foxglove_commands: bool) -> None:
+    """Raises `InputError` where commands shall come from outside and cannot, or could and shall not."""
+    from rollgait.cli.mpc_input import OUTSIDE
+    from rollgait.errors import InputError
+
+    if asked.outside and not bridge:
+        raise InputError("command", command, "goes with --bridge: it is heard on the topics of ROS 2")
+    if foxglove_commands and not asked.outside:
+        raise InputError("foxglove-commands", True, f"goes with --command {OUTSIDE}: else nobody is heard")
 
 
 def _loop(
@@ -155,7 +188,7 @@ def _loop(
             raise InputError("ground", ground, "cannot be chosen for a recording: it was made on its own")
         log = MpcLog.load(plant.removeprefix(REPLAY))
         body = log.robot if robot is None else find_robot(robot)
-        return make_loop(body, Replay(log), settings, gait=first_gait(asked.script, body), **options)
+        return make_loop(body, Replay(log), settings, gait=first_gait(asked, body), **options)
     if plant not in PLANTS:
         raise UnknownNameError("plant", plant, (*PLANTS, f"{REPLAY}FILE"))
     if asked.scenario is not None:
@@ -167,7 +200,7 @@ def _loop(
     usual = asked.scenario.robot if asked.scenario is not None else "centauro"
     chosen = usual if robot is None else robot
     body = find_robot(chosen) if isinstance(chosen, str) else chosen
-    return make_loop(body, plant, settings, gait=first_gait(asked.script, body), **options)
+    return make_loop(body, plant, settings, gait=first_gait(asked, body), **options)
 
 
 def _no_longer(asked: Asked, loop: ClosedLoop) -> Asked:

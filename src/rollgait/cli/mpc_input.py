@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,8 +21,12 @@ from rollgait.scenario import Scenario, find_scenario, scenario_names
 
 RANDOM: Final = "random"
 REPLAY: Final = "replay:"
+OUTSIDE: Final = "cmd_vel"
+"""The command that is whatever others ask for on topics."""
 DURATION: Final = 20.0
 """Of a run whose command does not say how long it takes, s."""
+DURATION_OUTSIDE: Final = 60.0
+"""The same of one that somebody drives by hand, s."""
 DURATION_MAX: Final = 86400.0
 """s; the log of a longer run would not fit into memory."""
 
@@ -37,11 +41,13 @@ class Asked:
         script: commands and pushes.
         words: the same for a person.
         scenario: that it is from, if it is.
+        outside: whether others say it, on topics; the script then says for how long, and its pushes.
     """
 
     script: Script
     words: str
     scenario: Scenario | None = None
+    outside: bool = False
 
 
 def asked_from(
@@ -52,7 +58,7 @@ def asked_from(
         find_gait(gait)
     if duration is not None and not 0.0 < duration <= DURATION_MAX:
         raise InputError("duration", duration, f"must be greater than 0 and at most {DURATION_MAX:g} s")
-    asked = _commands(text, duration or DURATION, seed)
+    asked = _commands(text, duration, seed)
     script = asked.script
     if duration is not None:
         script = script.model_copy(update={"duration": duration})
@@ -60,16 +66,19 @@ def asked_from(
         script = _in_gait(script, gait)
     more = [push for text in pushes for push in pushes_from(text, script.duration, seed)]
     script = script.model_copy(update={"pushes": (*script.pushes, *more)})
-    return Asked(script, asked.words, asked.scenario)
+    return replace(asked, script=script)
 
 
-def first_gait(script: Script, robot: Robot) -> str:
-    """The gait with which a script begins: its own, or else one in which the robot's feet can follow it."""
+def first_gait(asked: Asked, robot: Robot) -> str:
+    """The gait with which a run begins: its own, or else one in which the robot's feet can follow it."""
+    script = asked.script
     if script.gait is not None:
         return script.gait
     commands = [timed.command for timed in script.commands]
     return Footwork(robot).fitting(
-        [
+        [ANYWHERE]
+        if asked.outside
+        else [
             (command.forward, command.lateral, command.turn_rate)
             if isinstance(command, VelocityCommand)
             else ANYWHERE
@@ -111,7 +120,12 @@ def settings_from(values: dict[str, Any], texts: Sequence[str]) -> MpcSettings:
     return validate(MpcSettings, data)
 
 
-def _commands(text: str, duration: float, seed: int) -> Asked:
+def _commands(text: str, given: float | None, seed: int) -> Asked:
+    duration = given or DURATION
+    if text == OUTSIDE:
+        still = (TimedCommand(command=VelocityCommand()),)
+        script = Script(duration=given or DURATION_OUTSIDE, commands=still)
+        return Asked(script, "what comes on /cmd_vel or /goal_pose", outside=True)
     if text == RANDOM:
         return Asked(RandomScript(duration=duration, seed=seed).script(), f"random commands, seed {seed}")
     if text.endswith((".yaml", ".yml")):
@@ -125,7 +139,7 @@ def _commands(text: str, duration: float, seed: int) -> Asked:
         scenario = find_scenario(text)
         return Asked(script_of(scenario), f"the goals of {text}", scenario)
     rule = "is neither 'random' nor KEY=VALUE,… nor a .yaml file nor a scenario"
-    raise UnknownNameError("command", text, [RANDOM, *scenario_names()], rule)
+    raise UnknownNameError("command", text, [RANDOM, OUTSIDE, *scenario_names()], rule)
 
 
 def _in_file(path: str) -> Asked:

@@ -10,12 +10,14 @@ import typer
 from rollgait.cli.arguments import AsJson
 from rollgait.cli.output import print_json, print_table
 from rollgait.cli.usage import Commands
-from rollgait.errors import InputError
+from rollgait.errors import FileError, InputError
 from rollgait.files import check_writable, replacing
 
 if TYPE_CHECKING:
     from rollgait.robot.robot import Robot
 
+YAML: Final = (".yaml", ".yml")
+"""How the file of a robot may end."""
 SLOW: Final = 0.3
 """Of the command that is proposed: lengths of the robot, from hip to hip, in a second."""
 SLOW_TURN: Final = 0.2
@@ -68,6 +70,10 @@ def import_(
     from rollgait.robot.robot_files import ROBOT, robot_files
     from rollgait.robot.whole_body import whole_body_names
 
+    if out is not None and out.suffix not in YAML:
+        raise FileError(
+            "out", str(out), f"must end in {' or '.join(YAML)}, by which all commands know a robot"
+        )
     earlier = None
     place = Path(model) if model in whole_body_names() else model_file(model)
     if legs is None and _is_bare(place):
@@ -131,6 +137,4 @@ def _write_outline(model: Path, file: Path) -> None:
 
 def _is_bare(model: Path) -> bool:
     """Whether nothing stands beside a URDF that names its legs."""
-    return (
-        model.suffix not in (".yaml", ".yml") and model.is_file() and not model.with_suffix(".yaml").is_file()
-    )
+    return model.suffix not in YAML and model.is_file() and not model.with_suffix(".yaml").is_file()

@@ -11,6 +11,7 @@ from rollgait.cli.arguments import AsJson, Kernels, Profile, ScenarioName, Setti
 from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.cli.progress import StatusLine
 from rollgait.cli.replacing import note_replacing
+from rollgait.files import check_writable, npz_path
 
 if TYPE_CHECKING:
     from rollgait.discover.step_search import StepSearch, Tried
@@ -44,6 +45,9 @@ def search(
     from rollgait.discover.step_search import CHANGES
     from rollgait.searching import search_steps
 
+    target = None if out is None else npz_path(out, "out")
+    if target is not None:
+        check_writable(target)
     asked = scenario_with(scenario, settings, profile)
     with StatusLine("planning the gait as given …", quiet=as_json) as line:
         count = 0
@@ -56,10 +60,10 @@ def search(
         found = search_steps(
             asked, changes=change or CHANGES, candidates=candidates, kernels=kernels, tell=tell
         )
-    best = found.best
-    if out is not None and best is not None:
-        note_replacing(out)
-    file = None if out is None or best is None or best.plan is None else best.plan.save(out)
+    best, file = found.best, None
+    if target is not None and best is not None and best.plan is not None:
+        note_replacing(target)
+        file = best.plan.save(target)
     if as_json:
         number_of_best = None if best is None else found.tried.index(best)
         tried = [each.to_dict() for each in found.tried]

@@ -12,7 +12,7 @@ from rollgait.cli.arguments import AsJson
 from rollgait.cli.motion_file import load_motion
 from rollgait.cli.output import MILLI, number, print_json, print_table
 from rollgait.cli.replacing import note_replacing
-from rollgait.files import check_writable
+from rollgait.files import check_writable, npz_path
 
 if TYPE_CHECKING:
     from rollgait.robot.whole_body import WholeBody
@@ -87,6 +87,7 @@ def simulate(
     """
     given = disturbances_from(push, payload, friction, radius_error, latency, slope)
     if record is not None:
+        record = npz_path(record, "record")
         check_writable(record)
     if video is not None:
         from rollgait.simulation.video import check_video

@@ -51,7 +51,8 @@ def plan_dataset(
         The data set.
 
     Raises:
-        InputError: the spec or the number of workers is wrong, or the folder holds another data set.
+        InputError: the spec or the number of workers is wrong, all first rows of a family contradict
+            themselves, or the folder holds another data set.
         FileError: the folder cannot be written to, or another process is writing it.
         MissingExtraError: the extra `dataset` is not installed.
     """
@@ -59,6 +60,7 @@ def plan_dataset(
         raise InputError("workers", workers, "must be a number of processes, or −1 for all cores")
     columns.arrow()
     sampler, target = _read(spec, folder)
+    sampler.require_sense()
     check_writable(target / "dataset.json")
     store = Store.create(target, sampler)
     worker = Worker(store.sampler)

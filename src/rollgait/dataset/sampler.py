@@ -27,6 +27,8 @@ from rollgait.terrain.height_map import HeightMap
 BITS: Final = 53
 """Of a hash that make a number: what a double holds."""
 FILES: Final = (".yaml", ".yml")
+LOOKED_AT: Final = 20
+"""Rows of each family, the first, that are looked at before any is planned."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +133,30 @@ class Sampler:
         keys = data.get("ground", {}).get("map") if isinstance(data.get("ground"), dict) else None
         heights = self.maps.get(keys.get("digest")) if keys else None
         return Scenario.from_dict(data, heights=heights)
+
+    def require_sense(self) -> None:
+        """Raises `InputError` if the first rows of a family, `LOOKED_AT` of them, are all refused.
+
+        Some may be: goals out of reach, gaits that do not fit. All are by a slip, as a key that there is not.
+        """
+        ends = list(accumulate(family.share for family in self.spec.families.values()))
+        for end, (name, family) in zip(ends, self.spec.families.items(), strict=True):
+            turns = (divmod(rank, family.share) for rank in range(LOOKED_AT))
+            rows = [turn * ends[-1] + end - family.share + place for turn, place in turns]
+            first: InputError | None = None
+            for row in (row for row in rows if row < self.spec.count):
+                try:
+                    self.scenario(self.asked(row))
+                    break
+                except InputError as error:
+                    first = first or error
+            else:
+                if first is not None:
+                    rule = f"{first.rule}, and so in all rows of this family that were looked at"
+                    varies = "vary." if first.field in self.spec.distributions(name) else ""
+                    raise InputError(
+                        f"families.{name}.{varies}{first.field}", first.value, rule, first.choices
+                    )
 
     # -- as plain data --
 

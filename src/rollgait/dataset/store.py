@@ -15,6 +15,7 @@ import io
 import json
 import os
 import re
+import stat
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -140,7 +141,9 @@ class Store:
                 self._tidy()
                 yield
         except OSError as error:
-            raise FileError("out", str(self.folder), f"cannot be written: {error.strerror}") from None
+            raise FileError(
+                "out", str(self.folder), f"cannot be written: {error.strerror or error}"
+            ) from None
 
     # -- writing --
 
@@ -178,6 +181,7 @@ class Store:
                 ],
                 **COMPRESSION,
             )
+            _onto_disk(temporary)  # the rows, which go next, may be there already when the power fails
         self._next += 1
         for row in rows:
             self._file(row).unlink(missing_ok=True)
@@ -204,53 +208,78 @@ class Store:
     def planned(self, parts_only: bool = False) -> NDArray[np.bool_]:
         """Which rows are there, (count,)."""
         found = np.zeros(self.sampler.spec.count, dtype=bool)
+        alone = [] if parts_only else _numbered(self.folder / "rows")  # first: rows move into parts
+        found[[row for row, _ in alone if row < len(found)]] = True
         for _, path in _numbered(self.folder / "parts"):
             rows = np.asarray(self._read(path, ["row"])["row"])
             found[rows[rows < len(found)]] = True
-        if not parts_only:
-            found[[row for row, _ in _numbered(self.folder / "rows") if row < len(found)]] = True
         return found
 
     def tables(self, columns: Sequence[str] | None = None) -> Iterator[Any]:
-        """The table, file by file; each row once."""
+        """The table, file by file; each row once, also those that become part of another file meanwhile.
+
+        Rows beyond the count that was asked for when the folder was opened are left out: it was raised since.
+        """
         wanted = None if columns is None else ["row", *(name for name in columns if name != "row")]
         done = np.zeros(self.sampler.spec.count, dtype=bool)
-        for folder in ("parts", "rows"):
-            for _, path in _numbered(self.folder / folder):
-                with suppress(FileNotFoundError):  # it has become part of another meanwhile
+        read: set[Path] = set()
+        has_moved = True
+        while has_moved:
+            has_moved = False
+            alone = _numbered(self.folder / "rows")  # first: rows move into parts, never back
+            for _, path in (*_numbered(self.folder / "parts"), *alone):
+                if path in read:
+                    continue
+                try:
                     table = self._read(path, wanted)
-                    rows = np.asarray(table["row"])
-                    fresh = ~done[rows]
-                    done[rows] = True
-                    if fresh.any():
-                        yield table if fresh.all() else table.filter(fresh)
+                except FileNotFoundError:
+                    has_moved = True
+                    continue
+                read.add(path)
+                rows = np.asarray(table["row"])
+                fresh = rows < len(done)
+                fresh[fresh] = ~done[rows[fresh]]
+                done[rows[fresh]] = True
+                if fresh.any():
+                    yield table if fresh.all() else table.filter(fresh)
 
     def held(self) -> Iterator[int]:
         """The row of every line in every file."""
         for folder in ("parts", "rows"):
             for _, path in _numbered(self.folder / folder):
-                yield from self._read(path, ["row"])["row"].to_pylist()
+                with suppress(FileNotFoundError):  # it has become part of another meanwhile
+                    yield from self._read(path, ["row"])["row"].to_pylist()
 
     def find(self, row: int) -> Record | None:
         """A row; None if it is not there."""
+        with suppress(FileNotFoundError):  # alone first: rows move into parts, never back
+            return self._found(self._file(row), row)
+        for _, path in _numbered(self.folder / "parts"):
+            if (found := self._found(path, row)) is not None:
+                return found
+        return None
+
+    def _found(self, path: Path, row: int) -> Record | None:
+        """A row of one file; None if the file does not hold it."""
         pa = arrow()
-        alone = self._file(row)
-        for path in (*(path for _, path in _numbered(self.folder / "parts")), alone):
-            if not path.exists():
-                continue
-            with self._opened(path) as file:
-                for group in range(file.num_row_groups):
-                    rows = np.asarray(file.read_row_group(group, ["row"])["row"])
-                    place = np.flatnonzero(rows == row)
-                    if place.size:
-                        table = file.read_row_group(group).take(pa.array(place[:1]))
-                        found: Record = table.to_pylist()[0]
-                        return found
+        with self._opened(path) as file:
+            for group in range(file.num_row_groups):
+                rows = np.asarray(file.read_row_group(group, ["row"])["row"])
+                place = np.flatnonzero(rows == row)
+                if place.size:
+                    table = file.read_row_group(group).take(pa.array(place[:1]))
+                    found: Record = table.to_pylist()[0]
+                    return found
         return None
 
     def size(self) -> int:
         """Size of all of its files, bytes."""
-        return sum(path.stat().st_size for path in self.folder.rglob("*") if path.is_file())
+        total = 0
+        for path in self.folder.rglob("*"):
+            with suppress(FileNotFoundError):  # it has become part of another meanwhile
+                found = path.stat()
+                total += found.st_size if stat.S_ISREG(found.st_mode) else 0
+        return total
 
     def _read(self, path: Path, columns: Sequence[str] | None = None) -> Any:
         with self._opened(path) as file:
@@ -291,6 +320,12 @@ def _numbered(folder: Path) -> list[tuple[int, Path]]:
         (re.fullmatch(r"(?:row|part)-(\d+)\.parquet", path.name), path) for path in folder.glob("*.parquet")
     ]
     return sorted((int(match[1]), path) for match, path in found if match)
+
+
+def _onto_disk(path: Path) -> None:
+    """Waits until the disk holds what was written to a file."""
+    with path.open("rb+") as stream:
+        os.fsync(stream.fileno())
 
 
 def _is_whole(path: Path) -> bool:

@@ -17,13 +17,14 @@ from rollgait.hardware.last_stage import StageLimits
 from rollgait.hardware.operator import COMMAND_TIMEOUT, STAND, Operator
 from rollgait.hardware.plant import NAME, Fresh, HardwarePlant
 from rollgait.hardware.postures import JointMotion, RiseSettings, rise_of
+from rollgait.hardware.reports import ERROR, OK, WARN, Health
 from rollgait.hardware.transports.transport import Transport
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.incoming import STALL_MAX
 from rollgait.mpc.loop import ClosedLoop
 from rollgait.mpc.mpc import EVENTS_KEPT, Mpc
-from rollgait.mpc.prediction import Event
+from rollgait.mpc.prediction import Event, Prediction
 from rollgait.mpc.setup import observer
 from rollgait.plant.stance import standing_control, standing_state
 from rollgait.tracking.follower import JointTarget
@@ -154,6 +155,29 @@ class Bridge:
     def standing(self) -> bool:
         """Whether the controller has brought the robot to a stand for good, or joints are held."""
         return self.phase == "stopped"
+
+    @property
+    def prediction(self) -> Prediction | None:
+        """What the controller has planned last; None while it has not."""
+        return None if self.loop is None else self.loop.prediction
+
+    def health(self) -> Health:
+        """Phase, sensors, last stage, and what happened last."""
+        plant, sensors = self.plant, self.plant.sensors
+        age = sensors.age
+        latest = [event.text for event in (*self.events, *self.mpc.events)][-1:]
+        level = ERROR if self.phase == "stopped" else OK if age <= self.settings.state_timeout else WARN
+        values = {
+            "phase": self.phase,
+            "age of the oldest sensor, s": f"{age:.3f}",
+            "messages lost": sensors.lost,
+            "messages refused": sum(stream.refused for stream in sensors.streams.values()),
+            "targets cut by the last stage": plant.stage.cuts,
+            "periods missed": plant.stalls,
+            "operator": self.operator.presence,
+        }
+        message = latest[0] if latest else self.phase
+        return Health(level, "rollgait: bridge", message, self.mpc.robot.name, values)
 
     # -- the switch -------------------------------------------------------------------------------------
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Final
 
 from rollgait.errors import RollgaitError
 from rollgait.hardware.measured import NORM_MIN
-from rollgait.hardware.topics import ENABLE, GOAL, HEIGHTS, VELOCITY, decoded, types
+from rollgait.hardware.topics import COMMANDS, ENABLE, GOAL, HEIGHTS, VELOCITY, decoded, types
 from rollgait.hardware.transports.transport import Transport
 from rollgait.mpc.command import PoseCommand, VelocityCommand
 from rollgait.ros.messages import Fields
@@ -38,6 +38,7 @@ class Operator:
         clock: seconds that only go on.
         note: hears what could not be used.
         timeout: s.
+        takes: topics that are read.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class Operator:
         clock: Callable[[], float],
         note: Note,
         timeout: float = COMMAND_TIMEOUT,
+        takes: Collection[Topic] = COMMANDS,
     ) -> None:
         self._clock, self._note, self._timeout = clock, note, timeout
         self._heard = -math.inf
@@ -59,15 +61,22 @@ class Operator:
             (GOAL, self._take_goal),
             (ENABLE, self._take_enable),
         ):
-            transport.subscribe(topic, self._guarded(topic, take))
-        transport.subscribe(HEIGHTS, self._take_map)
+            if topic in takes:
+                transport.subscribe(topic, self._guarded(topic, take))
+        if HEIGHTS in takes:
+            transport.subscribe(HEIGHTS, self._take_map)
 
     @property
     def silent(self) -> bool:
         """Whether nobody is there."""
         return self._clock() - self._heard > self._timeout
 
-    def command(self, gait: str) -> VelocityCommand | PoseCommand:
+    @property
+    def presence(self) -> str:
+        """The same, for a person."""
+        return "silent" if self.silent else "there"
+
+    def command(self, gait: str | None) -> VelocityCommand | PoseCommand:
         """What is asked for now, in a gait; to stand if nobody is there."""
         if self.silent:
             return VelocityCommand(gait=STAND)

@@ -12,7 +12,7 @@ from rollgait.errors import InputError
 from rollgait.hardware.estimation import BodyEstimator
 from rollgait.hardware.last_stage import LastStage, StageLimits, bounds_of
 from rollgait.hardware.measured import Sensors
-from rollgait.hardware.topics import JOINT_COMMANDS, encoded
+from rollgait.hardware.topics import JOINT_COMMANDS, joint_command
 from rollgait.hardware.transports.transport import Transport
 from rollgait.plant.control import Control
 from rollgait.plant.fall import is_fallen
@@ -21,7 +21,6 @@ from rollgait.plant.state import RobotState
 from rollgait.robot.robot import Robot
 from rollgait.robot.urdf_model import BASE_V
 from rollgait.robot.whole_body import find_whole_body
-from rollgait.ros.messages import joint_state
 from rollgait.simulation.physics import Pose
 from rollgait.tracking.follower import Follower, JointTarget
 
@@ -180,8 +179,7 @@ class HardwarePlant:
 
     def _send(self, told: JointTarget) -> None:
         now = round(1e9 * self._clock())
-        message = joint_state(now, self.joint_names, told.position, told.velocity, told.torque)
-        self._transport.publish(JOINT_COMMANDS, encoded(JOINT_COMMANDS, message))
+        self._transport.publish(JOINT_COMMANDS, joint_command(now, self.joint_names, told))
 
     # -- time -------------------------------------------------------------------------------------------
 

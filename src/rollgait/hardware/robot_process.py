@@ -10,8 +10,9 @@ from multiprocessing.connection import Connection
 from typing import Final
 
 from rollgait.errors import RollgaitError
+from rollgait.pace import Pace
+from rollgait.signals import deaf_to_ctrl_c
 from rollgait.simulation.world import TIME_STEP
-from rollgait.view.driving.pace import Pace
 
 BUILD_WITHIN: Final = 120.0
 """A robot that is not there by then will not come, s."""
@@ -56,7 +57,8 @@ class RobotProcess:
         context = multiprocessing.get_context("spawn")
         self._pipe, other = context.Pipe()
         self._process = context.Process(target=_run, args=(other, setup), name="robot", daemon=True)
-        self._process.start()
+        with deaf_to_ctrl_c():
+            self._process.start()
         other.close()
         try:
             answer = (

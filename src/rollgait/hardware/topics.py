@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rollgait.errors import MissingExtraError
-from rollgait.ros.messages import Fields
+from rollgait.ros.messages import Fields, joint_state
 from rollgait.ros.topics import JOINT_STATES, MARKERS, ODOMETRY, TF, Topic
 from rollgait.terrain.readers.grid_map import DEFINITIONS, GRID_MAP
+
+if TYPE_CHECKING:
+    from rollgait.tracking.follower import JointTarget
 
 EXTRA: Final = "ros"
 """The optional extra that brings message types and DDS."""
@@ -32,6 +36,8 @@ COMMANDS: Final = (VELOCITY, GOAL, ENABLE, HEIGHTS)
 """What the bridge reads, from the robot and from above."""
 OUTPUTS: Final = (JOINT_COMMANDS, PLAN, TF, MARKERS, DIAGNOSTICS)
 """What it writes."""
+SHOWN: Final = (JOINT_STATES, ODOMETRY, *OUTPUTS)
+"""What a window onto a simulated run says."""
 
 
 @lru_cache(maxsize=1)
@@ -65,6 +71,12 @@ def decoded(topic: Topic, data: bytes) -> Fields:
 
     types()
     return decode(topic.type, data)
+
+
+def joint_command(stamp: int, names: Sequence[str], target: JointTarget) -> bytes:
+    """What the joints are told, as CDR, at a stamp, ns."""
+    fields = joint_state(stamp, names, target.position, target.velocity, target.torque)
+    return encoded(JOINT_COMMANDS, fields)
 
 
 def nanoseconds_of(header: Fields) -> int:

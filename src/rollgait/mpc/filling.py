@@ -63,6 +63,10 @@ class Filling:
         context: what terms ask.
         ground: under the feet; a `TerrainGround` for a problem on terrain.
         own: costs of the user's, whose numbers they say themselves, in each step.
+
+    Attributes:
+        steers: which feet turn in stance: the others' second motion, a speed to the side, is one of swing.
+        rolls: which feet move in stance.
     """
 
     def __init__(
@@ -82,6 +86,8 @@ class Filling:
         self._stages = (problem.interval, problem.end)
         legs = problem.robot.leg_list
         self._force_max = np.array([leg.force_max for leg in legs])
+        self.steers: NDArray[np.bool_] = np.array([leg.foot == "steerable" for leg in legs])
+        self.rolls: NDArray[np.bool_] = np.array([leg.foot != "point" for leg in legs])
         self.robot = problem.robot
         self.stance: Array = self.robot.stance
         self._centred = 0.0
@@ -91,16 +97,6 @@ class Filling:
         for stage in self._stages:
             stage.numbers("interval")[:] = self.interval
         self.set_bounds(settings.bounds)
-
-    @property
-    def steers(self) -> NDArray[np.bool_]:
-        """Which feet turn in stance: the others' second motion, a speed to the side, is one of swing."""
-        return np.array([leg.foot == "steerable" for leg in self.robot.leg_list])
-
-    @property
-    def rolls(self) -> NDArray[np.bool_]:
-        """Which feet move in stance."""
-        return np.array([leg.foot != "point" for leg in self.robot.leg_list])
 
     # -- what seldom changes -----------------------------------------------------------------------------
 

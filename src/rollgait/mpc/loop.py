@@ -22,6 +22,8 @@ from rollgait.plant.state import RobotState
 
 Watch = Callable[[float], bool | None]
 """Called after each step with the time, s; ends the run if it returns True."""
+Ask = Callable[[], VelocityCommand | PoseCommand]
+"""What somebody asks for now."""
 
 
 @contextmanager
@@ -85,8 +87,14 @@ class ClosedLoop:
                 self.control = continued(self.control)
                 self.plant.step(self.control)
 
-    def run(self, script: Script, watch: Watch | None = None) -> MpcLog:
-        """Runs a script to its end, or until the robot has fallen."""
+    def run(self, script: Script, watch: Watch | None = None, ask: Ask | None = None) -> MpcLog:
+        """Runs a script to its end, or until the robot has fallen.
+
+        Args:
+            script: commands and pushes.
+            watch: called after each step.
+            ask: what is asked for in each period, in place of the script's commands.
+        """
         script.check()
         if self.control is None and script.gait is not None:
             self.mpc.reset(script.gait)
@@ -100,7 +108,7 @@ class ClosedLoop:
                     push = pushes.pop(0)
                     self.plant.push(np.array(push.force), push.duration)
                 before, pose = self.plant.state, getattr(self.plant, "pose", None)
-                control, prediction = self.step(script.command_at(time))
+                control, prediction = self.step(script.command_at(time) if ask is None else ask())
                 writer.add(before, control, prediction, self.mpc.wanted, pose)
                 stopped = watch is not None and watch(time)
                 if self.plant.fallen:

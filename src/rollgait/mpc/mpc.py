@@ -41,7 +41,7 @@ from rollgait.plant.state import RobotState, largest_gap
 from rollgait.robot.library import find_robot
 from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import Robot
-from rollgait.solvers import Solution, make_solver, quickest_solver
+from rollgait.solvers import Repair, Solution, make_solver, quickest_solver
 from rollgait.solvers.code_store import store_for
 from rollgait.solvers.stage_evaluation import StageEvaluation
 from rollgait.terrain.terrain import Terrain
@@ -68,10 +68,9 @@ FOLLOWING: Final = {"goal": 5000.0, "feet": 4000.0, "velocity": 50.0, "heading":
 ROOMY: Final = ("speed_max", "acceleration_max", "swing_speed_max", "swing_acceleration_max")
 FOLLOWING_ROOM: Final = 1.5
 """Factor on these bounds while a plan is followed: it may use all of its own, and who is late catches up."""
-REPAIRED: Final = 0.02
-"""Violation from which on a step iterates again, if there is time: after a push, or a change of gait."""
-REPAIR_ITERATIONS: Final = 4
-"""How many then."""
+REPAIR: Final = Repair(above=0.02, iterations=4)
+"""Violation from which on a step iterates on, if there is time (after a push, or a change of gait), and how
+often altogether."""
 PATIENT_ITERATIONS: Final = 30
 """Fewest that a solver may make which keeps no deadline anyway."""
 BELIEVED: Final = 0.1
@@ -347,6 +346,24 @@ class Mpc:
         check_robot(path, self.robot)
         self.clock = self._plans.replace(path, self._last.end, time)
 
+    def halt(self) -> None:
+        """Ends the following of plans where all feet stand next and the robot can come to rest.
+
+        The progress says `stopped` then, and `rests` when it does; `leave` lets commands count again.
+        """
+        if self._plans is not None:
+            self._plans.halt()
+
+    @property
+    def is_following(self) -> bool:
+        """Whether plans are followed, or will be from the next step on."""
+        return self._plans is not None
+
+    @property
+    def rests(self) -> bool:
+        """Whether what was followed has ended, and the robot stands where it has."""
+        return self._plans is not None and not self._follows_from_next and self._plans.rests
+
     def leave(self) -> None:
         """Follows plans no longer: commands count again, in the gait of the last beginning."""
         if self._plans is not None and self._last is not None and not self._follows_from_next:
@@ -560,15 +577,9 @@ class Mpc:
         if not solver.real_time:  # late, whatever it does: it shall at least find the motion
             deadline, wanted = math.inf, max(wanted, PATIENT_ITERATIONS)
         try:
-            solution = solver.solve(guess, warm=True, until=deadline, iterations=wanted)
+            repair = REPAIR if wanted < REPAIR.iterations else None
+            solution = solver.solve(guess, warm=True, until=deadline, iterations=wanted, repair=repair)
             iterations, violation = solution.iterations, _violation(nlp, solution)
-            again = wanted < REPAIR_ITERATIONS and violation > REPAIRED
-            if again and wall.perf_counter() < deadline:
-                # from the same guess: a second start from a first iterate would lose its barrier
-                other = solver.solve(guess, warm=True, until=deadline, iterations=REPAIR_ITERATIONS)
-                iterations += other.iterations
-                if (left := _violation(nlp, other)) <= violation:
-                    solution, violation = other, left
         except NotSolvedError as error:
             self._draft = None
             return self._failed(str(error), math.inf, seconds=wall.perf_counter() - begin)

@@ -205,8 +205,8 @@ class ReferenceMaker:
 
     def _foot_velocity(self, twist: Array) -> Array:
         """Of the nominal places in the base-yaw frame, (2, 4, …), m/s, for a twist (3, …)."""
-        x, y = (self._stance[:, a].reshape(-1, *[1] * (twist.ndim - 1)) for a in range(2))
-        return np.stack([twist[0] - twist[2] * y, twist[1] + twist[2] * x])
+        x, y = self._stance.T if twist.ndim == 1 else self._stance.T[:, :, None]
+        return np.array([twist[0] - twist[2] * y, twist[1] + twist[2] * x])
 
     def _alignment(
         self, state: RobotState, command: VelocityCommand | PoseCommand, clock: GaitClock
@@ -271,8 +271,8 @@ class ReferenceMaker:
         steers = self._feet.steers[:, None]
         heading = np.where(steers, heading, poses[2] + self._offset[:, None])
         speed = np.where(steers, speed, self._feet.rolling(velocity) * rolls)
-        rate = np.stack([c * twists[0] - s * twists[1], s * twists[0] + c * twists[1], 0 * c, twists[2]])
-        pose = np.stack([poses[0], poses[1], np.full(count, self._height + self._height_change), poses[2]])
+        rate = np.array([c * twists[0] - s * twists[1], s * twists[0] + c * twists[1], 0 * c, twists[2]])
+        pose = np.array([poses[0], poses[1], np.full(count, self._height + self._height_change), poses[2]])
         return Reference(pose, rate, heading, speed, velocity)
 
 

@@ -133,9 +133,14 @@ def corners_of(contact: Mask) -> Array:
         contact: which foot stands, (4, N).
     """
     swinging = np.where(contact.sum(axis=0) == CORNERS, (~contact).argmax(axis=0), 0)
-    result = np.zeros((contact.shape[1], CORNERS, len(LEG_NAMES)))
-    for leg in range(len(LEG_NAMES)):
-        here = np.flatnonzero(swinging == leg)
-        for corner, foot in enumerate(other for other in AROUND if other != leg):
-            result[here, corner, foot] = 1.0
-    return result.reshape(contact.shape[1], -1).T
+    return np.asarray(_TRIANGLES[swinging].T)
+
+
+def _triangle_without(leg: int) -> Array:
+    """Which foot is at which corner where one foot swings, (12,)."""
+    result = np.zeros((CORNERS, len(LEG_NAMES)))
+    result[range(CORNERS), [other for other in AROUND if other != leg]] = 1.0
+    return result.ravel()
+
+
+_TRIANGLES = np.array([_triangle_without(leg) for leg in range(len(LEG_NAMES))])

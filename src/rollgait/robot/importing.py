@@ -75,6 +75,8 @@ def _described(model: Path, legs: Path | None) -> tuple[Path | None, WholeBody |
 
 
 def _existing(field: str, path: Path) -> Path:
+    if path.is_dir():
+        raise FileError(field, str(path), "cannot be read: it is a folder")
     if not path.is_file():
         raise FileError(field, str(path), "cannot be read: there is no such file")
     return path.absolute()

@@ -175,7 +175,11 @@ def load_whole_body(path: str | Path) -> WholeBody:
     """
     file = Path(path)
     data = load_yaml(file)
-    return _placed(validate(WholeBody, data, ""), file.absolute().parent)
+    try:
+        body = validate(WholeBody, data, "")
+    except InputError as error:  # the user may not have named the file: it may stand beside a model
+        raise InputError(error.field, error.value, f"{error.rule}, in {file}", error.choices) from None
+    return _placed(body, file.absolute().parent)
 
 
 def find_whole_body(robot: Robot) -> WholeBody:

@@ -37,6 +37,20 @@ class Pose(NamedTuple):
     joint_position: Array
 
 
+class Velocity(NamedTuple):
+    """How the whole body moves.
+
+    Attributes:
+        base_linear: of the origin of the base link, world, (3,), m/s.
+        base_angular: of the base link, in its own axes, (3,), rad/s.
+        joint_velocity: (n_j,), rad/s.
+    """
+
+    base_linear: Array
+    base_angular: Array
+    joint_velocity: Array
+
+
 class Load(NamedTuple):
     """What the robot had to bear over some steps.
 
@@ -129,6 +143,12 @@ class Physics:
         """Where the whole body is now."""
         data = self.data
         return Pose(data.qpos[:3].copy(), np.roll(data.qpos[3:7], -1), data.qpos[self.world.position])
+
+    @property
+    def velocity(self) -> Velocity:
+        """How the whole body moves now."""
+        data = self.data
+        return Velocity(data.qvel[:3].copy(), data.qvel[3:6].copy(), data.qvel[self.world.velocity])
 
     @property
     def ground(self) -> float:

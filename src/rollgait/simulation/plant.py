@@ -22,10 +22,10 @@ from rollgait.simulation.controller import Gains, JointReference
 from rollgait.simulation.drives import gains_of
 from rollgait.simulation.joint_path import JointPath
 from rollgait.simulation.measure import StateReader, axles_to_the_left
-from rollgait.simulation.physics import Load, Physics, Pose
+from rollgait.simulation.physics import Load, Physics, Pose, Velocity
 from rollgait.simulation.world import TIME_STEP
 from rollgait.terrain.terrain import Terrain
-from rollgait.tracking.follower import Follower
+from rollgait.tracking.follower import Follower, JointTarget
 
 Array = NDArray[np.float64]
 
@@ -62,6 +62,7 @@ class MujocoPlant:
         contact_force: of the ground on each foot, mean over the last control, (4, 3), N.
         torque: of the drives in the last millisecond, (n_j,), N m.
         torque_share: largest |torque| over its limit in the last control, any joint.
+        told: what the joints were told in the last control.
 
     Raises:
         InputError: the robot cannot stand so, or a number is not one.
@@ -108,7 +109,8 @@ class MujocoPlant:
         self._start_time = start.time
         self._reader = self._reader_at(start)
         self._state = self._reader.read(self._physics.data, start.time)
-        self._pose = self._physics.pose
+        self._pose, self._velocity = self._physics.pose, self._physics.velocity
+        self.told = JointTarget(posture, rest[0], rest[0])
         self._fallen = self._unstable = False
         self.contact_force: Array = np.zeros((len(LEG_NAMES), 3))
         self.torque: Array = np.zeros(len(self.joint_names))
@@ -160,6 +162,11 @@ class MujocoPlant:
         return self._pose
 
     @property
+    def velocity(self) -> Velocity:
+        """How the whole body moves now."""
+        return self._velocity
+
+    @property
     def delay(self) -> float:
         """By how much the smoothing lets the joints lag behind the controls, s."""
         return self._path.delay
@@ -173,7 +180,8 @@ class MujocoPlant:
         count = round(control.period / TIME_STEP) if np.isfinite(control.period) else 0
         if count < 1:
             raise InputError("control.period", control.period, f"must be at least {TIME_STEP} s")
-        self._path.aim(self.follower.follow(control), count)
+        self.told = self.follower.follow(control)
+        self._path.aim(self.told, count)
         reference = self._path.take(count)
         physics = self._physics
         if self._unstable:
@@ -219,6 +227,6 @@ class MujocoPlant:
             self._unstable = self._fallen = True
             return
         self._fallen |= physics.has_fallen
-        self._state, self._pose = state, physics.pose
+        self._state, self._pose, self._velocity = state, physics.pose, physics.velocity
         self.contact_force, self.torque = load.force, torque
         self.torque_share = float(np.max(load.torque_peak / physics.world.effort_max))

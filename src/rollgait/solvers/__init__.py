@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.errors import InputError, UnknownNameError
+from rollgait.solvers.budget import Repair
 from rollgait.solvers.kernels import say_once
 from rollgait.solvers.solution import Iteration, Progress, Solution
 
@@ -40,6 +41,7 @@ class Solver(Protocol):
         warm: bool = False,
         until: float = math.inf,
         iterations: int | None = None,
+        repair: Repair | None = None,
     ) -> Solution:
         """The solution from a guess of the free variables, or what there is when it ends.
 
@@ -49,6 +51,7 @@ class Solver(Protocol):
             warm: whether the guess is near a solution.
             until: time of `time.perf_counter` at which it should be over, s.
             iterations: most that are made; as many as it takes if not given.
+            repair: when there may be more; the best of them counts. Who keeps no deadline makes all of them.
 
         Raises:
             NotSolvedError: the numbers are such that no solver is asked: it might never come back.
@@ -80,4 +83,13 @@ def quickest_solver(transcribed: Solvable, kernels: bool = True) -> Solver:
         return make_solver("ipopt", transcribed, kernels)
 
 
-__all__ = ["SOLVER_NAMES", "Iteration", "Progress", "Solution", "Solver", "make_solver", "quickest_solver"]
+__all__ = [
+    "SOLVER_NAMES",
+    "Iteration",
+    "Progress",
+    "Repair",
+    "Solution",
+    "Solver",
+    "make_solver",
+    "quickest_solver",
+]

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.errors import InputError
+from rollgait.solvers.budget import Repair, most_iterations
 from rollgait.solvers.fatrop_direct import DirectFatrop
 from rollgait.solvers.fatrop_library import InterfaceError
 from rollgait.solvers.interrupt import deferred_interrupt
@@ -143,11 +144,12 @@ class Fatrop:
         warm: bool = False,
         until: float = math.inf,
         iterations: int | None = None,
+        repair: Repair | None = None,
     ) -> Solution:
         """The solution from a guess of the free variables; `warm` says that the guess is near a solution.
 
-        At most `iterations` are made (two, if one is asked for). `progress` hears nothing: fatrop reports at
-        the end; nor does `until` end it, but `OVERTIME_MAX` later it is left behind.
+        At most `iterations` are made (two, if one is asked for), of a `repair` all. `progress` hears nothing:
+        fatrop reports at the end; nor does `until` end it, but `OVERTIME_MAX` later it is left behind.
 
         Raises:
             NotSolvedError: the numbers are such that no solver is asked.
@@ -155,7 +157,7 @@ class Fatrop:
         """
         nlp = self.nlp
         refuse_unsolvable(nlp, guess)
-        solver = self._solver(warm, iterations)
+        solver = self._solver(warm, most_iterations(iterations, repair))
         limits = {"lbx": nlp.lower, "ubx": nlp.upper, "lbg": nlp.g_lower, "ubg": nlp.g_upper}
         call: Callable[[], Any] = partial(solver, x0=guess, p=nlp.parameters, **limits)
         patience = min(SECONDS_MAX, max(0.0, until - time.perf_counter()) + OVERTIME_MAX)

@@ -8,6 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from rollgait.solvers.budget import Repair
 from rollgait.solvers.fatrop_engine import FatropEngine, Options
 from rollgait.solvers.linear_algebra import linear_algebra
 from rollgait.solvers.refusal import refuse_unsolvable
@@ -47,11 +48,14 @@ class DirectFatrop:
         warm: bool = False,
         until: float = math.inf,
         iterations: int | None = None,
+        repair: Repair | None = None,
     ) -> Solution:
         """The solution from a guess of the free variables; `warm` says that the guess is near a solution.
 
         Limits and parameters are those that the NLP has now. No iteration begins that would end after `until`
         (a time of `time.perf_counter`, s), nor more than `iterations` (fatrop's `max_iter` of 1 makes two).
+        With a `repair` there may be more, the iterate with the smallest violation counts, and the last one is
+        not looked at whether it converged.
         `progress` is called in another thread, while this one waits. If fatrop does not come back, it is left
         behind: the guess is returned, not solved, and the next solve begins with another one.
 
@@ -62,7 +66,7 @@ class DirectFatrop:
         refuse_unsolvable(self.nlp, guess)
         engine = self._engine
         try:
-            return engine.solve(guess, progress, warm, until, iterations)
+            return engine.solve(guess, progress, warm, until, iterations, repair)
         except NoAnswerError as error:
             log.warning("fatrop does not come back (%s): it is left behind", error)
             self._replace(engine)

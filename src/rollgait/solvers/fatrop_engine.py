@@ -22,13 +22,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.solvers import fatrop_library as c
-from rollgait.solvers.budget import Budget
+from rollgait.solvers.budget import Budget, Repair
 from rollgait.solvers.fatrop_matrices import HessianFill, JacobianFill
 from rollgait.solvers.fatrop_rows import Rows
 from rollgait.solvers.interrupt import deferred_interrupt
+from rollgait.solvers.linear_algebra import call_here
 from rollgait.solvers.solution import Iteration, Progress, Solution
 from rollgait.solvers.stage_evaluation import StageEvaluation
-from rollgait.solvers.watched import call_watched
+from rollgait.solvers.watched import NoAnswerError, call_watched
+from rollgait.solvers.watched_here import Watch
 from rollgait.transcription.base import Structure
 from rollgait.transcription.nlp import Nlp
 
@@ -48,6 +50,9 @@ SILENCE_MAX_PER_STAGE = 0.01
 """s: a factorisation takes some 0.2 ms of it, and a difficult iteration a dozen of them."""
 SILENCE_MAX_IN_TIME = 0.1
 """s, the same where somebody waits who needs the answer sooner: a controller cannot do without for long."""
+SHORT = 1.0
+"""s: a solve that is to be over so soon runs in the thread of who waits, which other signals than Ctrl-C do
+not interrupt for as long."""
 DOUBLE = ctypes.sizeof(ctypes.c_double)
 
 
@@ -70,21 +75,24 @@ class FatropEngine:
         self._library = c.library()
         self._rows = Rows(nlp, structure)
         self._stages = [StageEvaluation(nlp, block) for block in nlp.blocks]
-        self._guess = np.zeros(nlp.size)
-        self._known: tuple[Array, float, Array] = (np.empty(0), 0.0, np.empty(0))
+        self._guess, self._no_gradient = np.zeros(nlp.size), np.zeros(nlp.size)
+        self._known: tuple[bytes, float, Array] = (b"", 0.0, np.empty(0))
         self._progress: Progress | None = None
         self._stop: Callable[[], bool] = lambda: False
         self._error: BaseException | None = None
-        self._iteration = 0
+        self._iteration = self._judged = 0
         self._least, self._least_at = np.inf, 0
         self._budget = Budget()
+        self._is_over = self._skips_last = False
+        self._best: tuple[float, Array] = (np.inf, np.empty(0))
         self._multipliers: tuple[Array, Array] | None = None
         self.is_running = False
-        self._evaluations = self._evaluations_before = 0
+        self._watch, self._evaluations_before = Watch(), 0
+        self._call_here = call_here()
         self._jacobians: dict[int, JacobianFill] = {}
         self._hessians: dict[int, HessianFill] = {}
         self._interface = self._make_interface()
-        self._solver = ctypes.c_void_p(
+        self._solver: ctypes.c_void_p | None = ctypes.c_void_p(
             self._library.fatrop_ocp_c_create(ctypes.byref(self._interface), None, None)
         )
         if not self._solver:
@@ -96,32 +104,42 @@ class FatropEngine:
             self._library.fatrop_ocp_c_destroy(self._solver)
 
     def solve(
-        self, guess: Array, progress: Progress | None, warm: bool, until: float, iterations: int | None
+        self,
+        guess: Array,
+        progress: Progress | None,
+        warm: bool,
+        until: float,
+        iterations: int | None,
+        repair: Repair | None,
     ) -> Solution:
         """See `DirectFatrop.solve`. Raises `NoAnswerError` if it does not come back."""
         self._guess[:] = guess
-        self._progress, self._error, self._iteration = progress, None, 0
+        self._progress, self._error = progress, None
+        self._iteration = self._judged = 0
+        self._is_over, self._skips_last, self._best = False, repair is not None, (np.inf, self._guess)
         self._least, self._least_at = np.inf, 0
-        self._evaluations_before = self._evaluations
+        self._evaluations_before = self._watch.signs
         self._multipliers = None
-        self._known = (np.empty(0), 0.0, np.empty(0))
+        self._known = (b"", 0.0, np.empty(0))
         self._rows.load_bounds()
-        self._budget = Budget(until, iterations)
+        self._budget = Budget(until, iterations, repair)
         for name, value in (self._options | (self._warm_options if warm else {})).items():
             kind = "double" if isinstance(value, float) else "int"
             getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
         patience = SILENCE_MAX + SILENCE_MAX_PER_STAGE * len(self._rows.nx)
-        patience = min(patience, max(SILENCE_MAX_IN_TIME, until - time.perf_counter()))
-        with deferred_interrupt() as self._stop:
-            flag = call_watched(self._run, lambda: self._evaluations, patience)
+        left = until - time.perf_counter()
+        patience = min(patience, max(SILENCE_MAX_IN_TIME, left))
+        with deferred_interrupt(others=left < SHORT) as self._stop:
+            flag = self._solve_here(patience) if left < SHORT else self._solve_beside(patience)
         if (error := self._reason_to_fail()) is not None:
             raise error
         primal = self._library.fatrop_ocp_c_get_primal(self._solver).contents
-        w = np.empty(self.nlp.size)
-        w[self._rows.order] = _read(primal.pa, self.nlp.size)
+        w = self._from_primal(primal.pa)
+        if repair is not None and self._largest_violation(w) > self._best[0]:
+            w = self._best[1]
         f, g = self._values(w)
         stats = self._library.fatrop_ocp_c_get_stats(self._solver).contents
-        solved = flag == 0 and bool(np.isfinite(w).all())
+        solved = flag == 0 and not (self._is_over and self._skips_last) and bool(np.isfinite(w).all())
         return Solution(
             w=w,
             g=g,
@@ -131,6 +149,21 @@ class FatropEngine:
             iterations=max(int(stats.iterations_count), self._iteration),
             multipliers=self._multipliers,
         )
+
+    def _solve_here(self, patience: float) -> int:
+        """In this thread, which a busy machine would wake late if it waited for another."""
+        if self._call_here is None:
+            return self._solve_beside(patience)
+        self._watch.patience = patience
+        try:
+            return self._call_here(self._library.fatrop_ocp_c_solve, self._solver, self._watch)
+        except NoAnswerError:
+            self._solver = None  # in the middle of anything: neither used again nor freed
+            raise
+
+    def _solve_beside(self, patience: float) -> int:
+        """In another thread, so that this one can be interrupted."""
+        return call_watched(self._run, lambda: self._watch.signs, patience)
 
     def _run(self) -> int:
         self.is_running = True
@@ -150,7 +183,7 @@ class FatropEngine:
 
     def values(self, w: Array) -> tuple[float, Array]:
         """Cost and constraints at the free variables, for the NLP as it is now."""
-        self._known = (np.empty(0), 0.0, np.empty(0))
+        self._known = (b"", 0.0, np.empty(0))
         return self._values(w)
 
     def _why(self, flag: int) -> str:
@@ -166,13 +199,13 @@ class FatropEngine:
 
     def _values(self, w: Array) -> tuple[float, Array]:
         """Cost and constraints at the free variables; fatrop asks for both, and again with the Jacobian."""
-        if not np.array_equal(w, self._known[0]):
+        if (bits := w.tobytes()) != self._known[0]:
             cost, g = 0.0, np.empty(self.nlp.rows)
             for stage in self._stages:
                 value, rows = stage.value(w)
                 cost += float(value.sum())
                 g[stage.row_number] = rows[stage.row_source]
-            self._known = (w, cost, g)
+            self._known = (bits, cost, g)
         return self._known[1:]
 
     def _gradient(self, w: Array) -> Array:
@@ -189,6 +222,7 @@ class FatropEngine:
         # the callbacks must not keep the solver alive: its memory is large and goes with its last user
         this = weakref.proxy(self)
 
+        nothing = np.full(nlp.size, np.nan)
         # asked for stage by stage, in every solve: the quickest way counts
         guess, low_limits, high_limits = (a.ctypes.data for a in (self._guess, *rows.limits))
 
@@ -201,8 +235,7 @@ class FatropEngine:
             return c.SKIP
 
         def gradient(scale: float, x: Any, _s: Any, _g: Any, result: Any, _d: Any, _u: Any) -> int:
-            nothing = np.full(nlp.size, np.nan)
-            value = this._guarded(lambda: this._gradient(this._from_primal(x)), nothing)
+            value = this._guarded(lambda: this._gradient_unless_over(this._from_primal(x)), nothing)
             _write(result, scale * value[rows.order])
             return c.SKIP
 
@@ -258,8 +291,8 @@ class FatropEngine:
             if self._error is None:
                 if self._stop():
                     raise KeyboardInterrupt
-                self._evaluations += 1
-                if self._evaluations - self._evaluations_before > EVALUATIONS_MAX:
+                self._watch.signs += 1
+                if self._watch.signs - self._evaluations_before > EVALUATIONS_MAX:
                     raise _GaveUpError("Too_Many_Evaluations")
                 return evaluate()
         except BaseException as error:
@@ -286,6 +319,8 @@ class FatropEngine:
     # what is left of a matrix, or no number, could keep fatrop from ever finding a factorisation
 
     def _put_jacobian(self, w: Array, matrices: Sequence[Any]) -> bool:
+        if self._is_last(w):
+            return True
         _, g = self._values(w)
         values = np.concatenate([stage.jacobian(w) for stage in self._stages])
         _check_finite(values)
@@ -328,15 +363,37 @@ class FatropEngine:
 
     def _report(self, w: Array) -> None:
         self._iteration += 1
-        self._evaluations_before = self._evaluations
-        cost, g = self._values(w)
-        worst = float(self.nlp.violations(g, w).max(initial=0.0))
+        self._evaluations_before = self._watch.signs
+        worst = self._largest_violation(w)
         if worst < 0.9 * self._least or worst < SMALL_VIOLATION:
             self._least, self._least_at = worst, self._iteration
-        if not self._budget.allows_another(self._iteration, last_runs=True) or self._stagnates():
+        if self._stagnates():
             self._give_up()
         if self._progress is not None:
-            self._progress(Iteration(self._iteration, cost, worst))
+            self._progress(Iteration(self._iteration, self._values(w)[0], worst))
+
+    def _is_last(self, w: Array) -> bool:
+        """Whether nobody needs the derivatives here: the solve ends with this iterate, whatever they are.
+
+        Fatrop asks for them where a line search has ended, before it looks at its number of iterations.
+        """
+        if self._judged < self._iteration:
+            self._judged = self._iteration
+            worst = self._largest_violation(w)
+            if worst < self._best[0]:
+                self._best = (worst, w)
+            if not self._budget.allows_another(self._iteration, worst):
+                self._is_over = True
+                self._give_up()
+        return self._is_over and self._skips_last
+
+    def _gradient_unless_over(self, w: Array) -> Array:
+        return self._no_gradient if self._is_last(w) else self._gradient(w)
+
+    def _largest_violation(self, w: Array) -> float:
+        """Of a constraint at free variables, scaled as fatrop sees it; may be NaN."""
+        _, g = self._values(w)
+        return float(self.nlp.violations(g, w).max(initial=0.0))
 
     def _stagnates(self) -> bool:
         return self._iteration - self._least_at > PATIENCE

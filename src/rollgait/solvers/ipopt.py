@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.solvers.budget import Budget
+from rollgait.solvers.budget import Budget, Repair, most_iterations
 from rollgait.solvers.interrupt import deferred_interrupt
 from rollgait.solvers.refusal import refuse_unsolvable
 from rollgait.solvers.solution import Iteration, Progress, Solution, largest_violation
@@ -79,11 +79,12 @@ class Ipopt:
         warm: bool = False,
         until: float = math.inf,
         iterations: int | None = None,
+        repair: Repair | None = None,
     ) -> Solution:
         """The solution from a guess of the free variables; `warm` says that the guess is near a solution.
 
         No iteration begins that would end after `until`, nor more than `iterations`; what there is then is
-        returned, as not solved.
+        returned, as not solved. Of a `repair` all iterations are made.
 
         Raises:
             NotSolvedError: the numbers are such that no solver is asked.
@@ -92,7 +93,7 @@ class Ipopt:
         nlp = self.nlp
         refuse_unsolvable(nlp, guess)
         solver = self._warm if warm else self._cold
-        self._report.begin(progress, Budget(until, iterations))
+        self._report.begin(progress, Budget(until, most_iterations(iterations, repair)))
         with deferred_interrupt() as self._report.stop:
             result = solver(
                 x0=guess, p=nlp.parameters, lbx=nlp.lower, ubx=nlp.upper, lbg=nlp.g_lower, ubg=nlp.g_upper

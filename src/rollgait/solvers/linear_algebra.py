@@ -25,8 +25,10 @@ from typing import Any
 import numpy as np
 
 from rollgait.solvers import fatrop_library as c
-from rollgait.solvers.kernels import FOR_THIS_PROCESSOR, machine_code
+from rollgait.solvers.kernels import machine_code
+from rollgait.solvers.product_code import FLAGS, FUNCTION, SOURCE
 from rollgait.solvers.two_stages import error_of_two_stages
+from rollgait.solvers.watched_here import CallHere, caller, comes_back
 
 log = logging.getLogger("rollgait")
 
@@ -38,57 +40,12 @@ BLASFEO_WITH_PRODUCT = "BLASFEO, product compiled for this processor"
 TOLERANCE = 1e-9
 """Largest difference of two solutions of the problem of two stages, whose numbers are about 1."""
 
-FUNCTION = "kernel_dgemm_nt_4x4_lib4"
-"""D = α A Bᵀ + β C with A, B panels of 4 rows and kmax columns, C and D of 4 × 4, all column-major."""
-
-SOURCE = f"""
-typedef double column __attribute__((vector_size(32), aligned(8)));
-typedef void product(int, double *, double *, double *, double *, double *, double *);
-
-static product *instead; /* is called in place of this one, and counted, if there is one */
-static long calls;
-
-void rollgait_use_instead(product *other) {{ instead = other; calls = 0; }}
-long rollgait_calls_instead(void) {{ return calls; }}
-
-void {FUNCTION}(int kmax, double *alpha, double *A, double *B, double *beta, double *C, double *D)
-{{
-    if (instead) {{
-        calls++;
-        instead(kmax, alpha, A, B, beta, C, D);
-        return;
-    }}
-    /* two sums for each column: one would wait for its own last addition */
-    column even[4] = {{{{0}}}}, odd[4] = {{{{0}}}};
-    int k = 0;
-    for (; k + 1 < kmax; k += 2) {{
-        column a = *(column *)(A + 4 * k), b = *(column *)(A + 4 * k + 4);
-        for (int j = 0; j < 4; j++) {{
-            even[j] += a * B[4 * k + j];
-            odd[j] += b * B[4 * k + 4 + j];
-        }}
-    }}
-    if (k < kmax) {{
-        column a = *(column *)(A + 4 * k);
-        for (int j = 0; j < 4; j++)
-            even[j] += a * B[4 * k + j];
-    }}
-    for (int j = 0; j < 4; j++) {{
-        column sum = *alpha * (even[j] + odd[j]);
-        if (*beta != 0.0)
-            sum += *beta * *(column *)(C + 4 * j);
-        *(column *)(D + 4 * j) = sum;
-    }}
-}}
-"""
-FLAGS = ("-O3", FOR_THIS_PROCESSOR, "-fPIC", "-shared")
-
 _Array = POINTER(c_double)
 _Product = CFUNCTYPE(None, c_int, _Array, _Array, _Array, _Array, _Array, _Array)
 
 _first_use = threading.Lock()
-_in_front: list[bool] = []
-"""Whether the product is in use: empty as long as nobody asked for it."""
+_in_front: list[ctypes.CDLL | None] = []
+"""The product, if it is in use: empty as long as nobody asked for it."""
 
 
 def use_fast_products() -> bool:
@@ -96,24 +53,34 @@ def use_fast_products() -> bool:
     with _first_use:
         if not _in_front:
             _in_front.append(_put_in_front())
-    return _in_front[0]
+    return _in_front[0] is not None
 
 
 def linear_algebra() -> str:
     """What fatrop's matrices are factorised by, in this process, as things are now."""
-    return BLASFEO_WITH_PRODUCT if _in_front == [True] else BLASFEO
+    return BLASFEO_WITH_PRODUCT if _product() is not None else BLASFEO
 
 
-def _put_in_front() -> bool:
+def call_here() -> CallHere | None:
+    """How to call fatrop in one's own thread and come back for sure; None where that cannot be had."""
+    product = _product()
+    return None if product is None or not comes_back(product) else caller(product)
+
+
+def _product() -> ctypes.CDLL | None:
+    return _in_front[0] if _in_front else None
+
+
+def _put_in_front() -> ctypes.CDLL | None:
     if os.environ.get(SWITCH, "").lower() == "off" or not sys.platform.startswith("linux"):
-        return False
+        return None
     try:
         _, blasfeo = c.library_files()
     except c.InterfaceError as error:
         log.info("%s: planning without a product of our own", error)
-        return False
+        return None
     ours = machine_code(lambda: SOURCE, SOURCE, FLAGS, _load)
-    return ours is not None and _is_of_use(ours, blasfeo)
+    return ours if ours is not None and _is_of_use(ours, blasfeo) else None
 
 
 def _load(library: Path) -> ctypes.CDLL:

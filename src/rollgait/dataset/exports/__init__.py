@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from rollgait.errors import FileError, UnknownNameError
+from rollgait.files import check_writable
 
 if TYPE_CHECKING:
     from rollgait.dataset.dataset import Dataset
@@ -55,6 +56,7 @@ def export(
     target = Path(folder)
     if target.exists() and (not target.is_dir() or any(target.iterdir())):
         raise FileError("out", str(target), "is not an empty folder: choose another one")
+    check_writable(target / "-")  # its name does not matter
     from rollgait.dataset.exports.isaaclab import write_isaaclab
     from rollgait.dataset.exports.lerobot import write_lerobot
     from rollgait.dataset.exports.motions import Motions
@@ -64,7 +66,10 @@ def export(
         dataset, rate, joints or format != "lerobot", rows, workers, bodies=format == "isaaclab"
     )
     writers = {"lerobot": write_lerobot, "isaaclab": write_isaaclab, "mujoco": write_mujoco}
-    return writers[format](motions, target)
+    try:
+        return writers[format](motions, target)
+    except OSError as error:
+        raise FileError("out", str(target), f"cannot be written: {error.strerror or error}") from None
 
 
 __all__ = ["FORMATS", "export"]

@@ -9,10 +9,11 @@ from __future__ import annotations
 import json
 import threading
 from collections import deque
+from collections.abc import Iterable
 from typing import Any, Final
 
 from rollgait.errors import InputError, MissingExtraError
-from rollgait.hardware.topics import encoded, types
+from rollgait.hardware.topics import OUTPUTS, encoded, types
 from rollgait.hardware.transports.transport import Receive
 from rollgait.ros.topics import Topic
 
@@ -41,6 +42,9 @@ class FoxgloveTransport:
         port: to listen on; 0 takes a free one.
         host: address to listen on; beyond the loopback anybody on the network can read along.
         commands: whether clients may publish to who subscribes here.
+        topics: that will be published. The server tells its clients of a channel a moment before it takes
+            subscriptions to it, and refuses those that come in between for good: so the channels are there
+            before it listens. That of another topic is made with its first message.
 
     Attributes:
         port: that it listens on.
@@ -50,13 +54,20 @@ class FoxgloveTransport:
         InputError: the port is in use.
     """
 
-    def __init__(self, port: int = PORT, host: str = HOST, *, commands: bool = False) -> None:
+    def __init__(
+        self,
+        port: int = PORT,
+        host: str = HOST,
+        *,
+        commands: bool = False,
+        topics: Iterable[Topic] = OUTPUTS,
+    ) -> None:
         need_foxglove()
         import foxglove
         from foxglove.websocket import Capability
 
         self._context = foxglove.Context()
-        self._channels: dict[Topic, Any] = {}
+        self._channels: dict[Topic, Any] = {topic: self._channel(topic) for topic in topics}
         self._inbox = _Inbox()
         try:
             self._server = foxglove.start_server(

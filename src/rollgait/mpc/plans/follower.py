@@ -18,7 +18,7 @@ from rollgait.mpc.reference import LEASH, Reference, ReferenceMaker
 from rollgait.plant.state import RobotState
 
 Array = NDArray[np.float64]
-Phase = Literal["joining", "going", "holding", "done", "given up"]
+Phase = Literal["joining", "going", "holding", "done", "given up", "stopped"]
 
 PUSHED_OFF: Final = (0.05, 0.09, 0.05)
 """From so far off on the plan waits while all feet stand: place of the CoM (m), yaw (rad), a foot (m)."""
@@ -57,7 +57,8 @@ class Progress:
     """How far the following of plans is.
 
     Attributes:
-        phase: `joining` a plan at its beginning, `going`, `holding` at a safe phase, `done`, or `given up`.
+        phase: `joining` a plan at its beginning, `going`, `holding` at a safe phase, `done`, `given up`, or
+            `stopped` as it was asked to.
         number: of the plan, from 0.
         plan_time: time of the plan now, s.
         shift: by how much it is late, s.
@@ -92,6 +93,16 @@ class PlanFollower:
         self._number, self._holds = 0, 0
         self._phase: Phase = "joining"
         self._since, self._rate = 0.0, 1.0
+        self._halts = False
+
+    def halt(self) -> None:
+        """The plan that is followed ends when all feet stand next and it can come to rest."""
+        self._halts = True
+
+    @property
+    def rests(self) -> bool:
+        """Whether it has ended, and stands still."""
+        return self._phase in ("done", "given up", "stopped") and self._rate <= 0.0
 
     @property
     def path(self) -> PlanPath:
@@ -151,6 +162,8 @@ class PlanFollower:
                     self._number += 1
                     return self._join(state)
                 self._wait(here, time)
+            elif stands and self._halts and self._can_stop(time, slope):
+                self._phase, clock.held = "stopped", True
             elif stands and self._is_off(state, here, PUSHED_OFF) and self._can_stop(time, slope):
                 self._phase, self._since, self._holds = "holding", time, self._holds + 1
                 self._note("pushed off the plan: it waits")
@@ -158,7 +171,9 @@ class PlanFollower:
             elif stands and _behind(state, here) > LATE:
                 wanted_rate = SLOWED
         elif self._phase in ("joining", "holding"):
-            if self._rate > 0.0:
+            if self._halts:
+                self._phase = "stopped"
+            elif self._rate > 0.0:
                 pass  # still comes to rest
             elif self._is_back(state, here):
                 if self._phase == "holding":

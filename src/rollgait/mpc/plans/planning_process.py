@@ -38,8 +38,7 @@ def _done(planner: Planner, task: Task) -> Answer:
             raise NotSolvedError(f"none was found within {task.seconds:g} s of processor time")
 
     try:
-        rest = task.plan.rest(task.time, task.state, task.delay)
-        found = planner.plan(rest, diagnose=False, progress=in_time)
+        found = planner.plan(task.asked, diagnose=False, progress=in_time)
         failures = found.certificate().failures
         if failures:
             found, message = None, f"the new plan is not certified: {failures[0].name}"

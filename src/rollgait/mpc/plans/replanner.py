@@ -15,7 +15,7 @@ import numpy as np
 from rollgait.errors import InputError
 from rollgait.mpc.mpc import Mpc
 from rollgait.mpc.plans.follower import Progress
-from rollgait.mpc.plans.worker import Task, Worker
+from rollgait.mpc.plans.worker import RestTask, Worker
 from rollgait.plan.plan import Plan
 from rollgait.plan.rest import LEAST
 from rollgait.plant.state import RobotState
@@ -95,7 +95,7 @@ class Replanner:
         self._pending: _Pending | None = None
         self._off_since, self._next = math.inf, 0.0
         self._worker = Worker()
-        self._worker.ask(Task(plans[0], 0.0, None))  # loads and compiles what the next ones need
+        self._worker.ask(RestTask(plans[0], 0.0, None))  # loads and compiles what the next ones need
         self._worker.answer(READY)
 
     def close(self) -> None:
@@ -109,7 +109,7 @@ class Replanner:
             state: of the robot now, from which the next step begins.
         """
         progress = self._mpc.progress
-        if progress is None or progress.phase in ("done", "given up", "joining"):
+        if progress is None or progress.phase in ("done", "given up", "joining", "stopped"):
             self._pending, self._off_since = None, math.inf
             return
         if self._pending is not None and self._pending.waited != (progress.phase == "holding"):
@@ -151,7 +151,7 @@ class Replanner:
         if plan_time > plan.horizon - LEAST:
             return
         waited = progress.phase == "holding"
-        self._worker.ask(Task(plan, plan_time, expected, STANDING if waited else 0.0, GIVEN_UP))
+        self._worker.ask(RestTask(plan, plan_time, expected, STANDING if waited else 0.0, GIVEN_UP))
         self._pending = _Pending(expected.time, plan_time, why, progress.number, waited)
 
     def _take_over(self, pending: _Pending, progress: Progress) -> None:

@@ -13,22 +13,47 @@ import sys
 import threading
 import time
 from dataclasses import dataclass
+from typing import Protocol
 
 from rollgait.plan.plan import Plan
+from rollgait.plan.rest import Rest
 from rollgait.plant.state import RobotState
+from rollgait.scenario.scenario import Scenario
+
+
+class Task(Protocol):
+    """Something to plan."""
+
+    @property
+    def asked(self) -> Rest | Scenario:
+        """What `Planner.plan` is to plan. Raises `RollgaitError` if that cannot be."""
+
+    @property
+    def seconds(self) -> float | None:
+        """Of processor time, after which it is given up; an iteration may exceed it; never if None."""
 
 
 @dataclass(frozen=True)
-class Task:
-    """The rest of a plan from a time of it on, s, from a state, or as planned; put off by a delay, s.
-
-    It is given up after some `seconds` of processor time, which an iteration may exceed; never if None.
-    """
+class RestTask:
+    """The rest of a plan from a time of it on, s, from a state, or as planned; put off by a delay, s."""
 
     plan: Plan
     time: float
     state: RobotState | None
     delay: float = 0.0
+    seconds: float | None = None
+
+    @property
+    def asked(self) -> Rest:
+        """What is left of the plan."""
+        return self.plan.rest(self.time, self.state, self.delay)
+
+
+@dataclass(frozen=True)
+class ScenarioTask:
+    """A scenario, its start as it stands there."""
+
+    asked: Scenario
     seconds: float | None = None
 
 

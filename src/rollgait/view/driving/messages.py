@@ -17,6 +17,8 @@ from rollgait.plant.state import RobotState
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 NO_FORCE: Final[Vector] = (0.0, 0.0, 0.0)
+AHEAD: Final = "what is ahead"
+"""Stands for the manoeuvre that leads over whatever is ahead."""
 PUSHES_MAX: Final = 5
 """Pushes at a time: who clicks faster than they pass is not heard."""
 
@@ -39,7 +41,11 @@ class Request:
         pushes: that begin now.
         reset: begin anew after a fall or a fault.
         paused: time stands still until a request that says otherwise.
+        manoeuvre: name of one that is to begin, or `AHEAD`.
+        distance: how far ahead that leads then, m.
+        halt: end the manoeuvre that is under way.
         record: file into which the run is to be recorded; what was recorded is written when this is "" again.
+        stops: how often somebody has pressed stop by now.
     """
 
     command: VelocityCommand
@@ -48,6 +54,10 @@ class Request:
     reset: bool = False
     paused: bool = False
     record: str = ""
+    manoeuvre: str = ""
+    distance: float = 0.0
+    halt: bool = False
+    stops: int = 0
 
     def check(self) -> None:
         """Raises `InputError` for numbers that are none, and for a gait that is not known."""
@@ -95,6 +105,7 @@ class Snapshot:
         events: of the controller, (s, text), newest last.
         recorded: how long the recording is, s; 0 while there is none.
         written: the last file that was recorded, "" if there is none yet.
+        manoeuvre: which one is under way, and how far it is; "" if none is.
     """
 
     state: RobotState
@@ -118,3 +129,4 @@ class Snapshot:
     events: tuple[tuple[float, str], ...]
     recorded: float = 0.0
     written: str = ""
+    manoeuvre: str = ""

@@ -75,6 +75,7 @@ class DrivePage:
         robot = find_robot(setup.robot)
         limits = CommandLimits()
         self.panel = Panel(self._server.gui, self.hands, endpoint.pad(), limits, setup.gait, robot.weight)
+        self.panel.add_manoeuvres([one.name for one in setup.manoeuvres])
         add_lights(self._server.scene)
         cast_shadows(self._server.scene, False)
         self.scene = LiveScene(self._server.scene, robot, self.snapshot, setup.terrain)
@@ -118,7 +119,19 @@ class DrivePage:
         pushes, reset = self.panel.take(float(self.snapshot.state.euler[0]))
         number = self.panel.recording
         record = str(Path(self._folder.name) / f"{number}.npz") if number else ""
-        return Request(self.panel.command(), self.panel.pull, pushes, reset, self.panel.paused, record)
+        manoeuvre, distance, halt = self.panel.take_manoeuvre()
+        return Request(
+            self.panel.command(),
+            self.panel.pull,
+            pushes,
+            reset,
+            self.panel.paused,
+            record,
+            manoeuvre,
+            distance,
+            halt,
+            self.hands.stops,
+        )
 
     def _send_recording(self, file: Path) -> None:
         """Sends a recording to the browser that asked for it, or to another one if that is gone."""

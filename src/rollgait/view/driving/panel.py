@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from html import escape
 from typing import Any, Final
@@ -14,9 +14,10 @@ import viser
 
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.gaits import GAITS
+from rollgait.mpc.plans.manoeuvres import AHEAD as WAY_AHEAD
 from rollgait.mpc.settings import CommandLimits
 from rollgait.view.driving.hands import Hands
-from rollgait.view.driving.messages import NO_FORCE, PUSHES_MAX, PushRequest, Snapshot, Vector
+from rollgait.view.driving.messages import AHEAD, NO_FORCE, PUSHES_MAX, PushRequest, Snapshot, Vector
 from rollgait.view.panels.keys import add_keys
 from rollgait.view.panels.motion import BAD, DIM, GOOD
 
@@ -41,13 +42,15 @@ MODE_COLOURS: Final = {
     "fallen": BAD,
     "paused": "light-dark(#41648B, #8FB4DC)",
 }
+DISTANCE: Final = 2.4
+"""How far ahead the robot is to get at first, m: over a step and a length of its body beyond."""
 RECORD: Final = "Record"
 STOP: Final = "Stop recording and save"
 HOTKEYS: Final[tuple[Any, ...]] = tuple("123456789")
 KEYS: Final = {
     "w s, a d": "forward, back, to the left, to the right",
     "q e": "turn to the left, to the right",
-    "space": "stop",
+    "space": "stop, a manoeuvre too",
     "P": "pause, go on",
     "R": "record, stop and save",
     "gamepad": "left stick: drive, right stick: turn, B: stop",
@@ -77,6 +80,7 @@ class Panel:
         self._clicked: list[float | None] = []
         self._pushes: list[PushRequest] = []
         self._reset = False
+        self._manoeuvre, self._halt = "", False
         self.pull: Vector = NO_FORCE
         self.gait = gait
         gui.add_html(pad)  # first: on a phone there is room for little more
@@ -129,6 +133,42 @@ class Panel:
             for title in titles:
                 box = self._gui.add_checkbox(title, True)
                 box.on_update(partial(_switched, switch, title))
+
+    def add_manoeuvres(self, names: Sequence[str]) -> None:
+        """Buttons of motions that are planned from where the robot stands, and one for what is ahead."""
+        low, high = WAY_AHEAD
+        with self._gui.add_folder("manoeuvres"):
+            for name in names:
+                button = self._gui.add_button(name, color="gray", hint="Planned from here")
+                button.on_click(partial(self._ask_manoeuvre, name))
+            self.distance = self._gui.add_slider(
+                "distance (m)", min=low, max=high, step=0.1, initial_value=DISTANCE
+            )
+            over = self._gui.add_button(
+                "Climb what is ahead",
+                icon=viser.Icon.STAIRS_UP,
+                color="gray",
+                hint="Finds a way to there, by wheels or steps, and takes it",
+            )
+            over.on_click(partial(self._ask_manoeuvre, AHEAD))
+            stop = self._gui.add_button("Stop the manoeuvre", icon=viser.Icon.HAND_STOP, color="gray")
+            stop.on_click(lambda _: self._ask_halt())
+
+    def _ask_manoeuvre(self, name: str, _: Any) -> None:
+        with self._lock:
+            self._manoeuvre = name
+
+    def _ask_halt(self) -> None:
+        with self._lock:
+            self._manoeuvre, self._halt = "", True
+
+    def take_manoeuvre(self) -> tuple[str, float, bool]:
+        """Which one was asked for since the last call, "" if none; how far ahead, m; whether to end."""
+        low, high = WAY_AHEAD
+        with self._lock:
+            asked, self._manoeuvre = self._manoeuvre, ""
+            halt, self._halt = self._halt, False
+        return asked, _within(self.distance.value, low, high), halt
 
     def add_grip(self, handle: Any) -> None:
         """Lets a mesh be clicked and dragged."""
@@ -278,6 +318,8 @@ def status_html(snapshot: Snapshot) -> str:
         ("solve", f"{1e3 * snapshot.solve[0]:.1f} ms median, {1e3 * snapshot.solve[1]:.1f} ms p99"),
         ("real time", f"× {snapshot.factor:.2f} at {snapshot.rate:.0f} Hz"),
     ]
+    if snapshot.manoeuvre:
+        rows.insert(1, ("manoeuvre", f"<b>{escape(snapshot.manoeuvre)}</b>"))
     if snapshot.recorded:
         rows.insert(0, ("recording", f'<b style="color:{BAD}">● {snapshot.recorded:.1f} s</b>'))
     cells = "".join(

@@ -9,16 +9,20 @@ import logging
 import multiprocessing
 import os
 import signal
-import threading
-from collections.abc import Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from rollgait.errors import RollgaitError
+from rollgait.mpc.plans.manoeuvres import Manoeuvre
+from rollgait.signals import deaf_to_ctrl_c
 from rollgait.terrain import Terrain
 from rollgait.view.driving.messages import Request, Snapshot
 from rollgait.view.driving.session import Session
+
+if TYPE_CHECKING:
+    from rollgait.hardware.transports.elsewhere import Line
+    from rollgait.hardware.window import Window
 
 ANSWER_WITHIN: Final = 10.0
 """A loop that does not answer for so long is dead, s: building it anew takes a second or two."""
@@ -39,12 +43,14 @@ class LoopEndedError(RollgaitError):
 
 @dataclass(frozen=True)
 class Setup:
-    """What is driven: robot (name or file), plant, gait, and the ground; level if none."""
+    """What is driven: robot (name or file), plant, gait, ground (or level), manoeuvres, who else looks."""
 
     robot: str
     plant: str
     gait: str
     terrain: Terrain | None = None
+    manoeuvres: tuple[Manoeuvre, ...] = ()
+    others: Line | None = None
 
 
 class LoopProcess:
@@ -61,7 +67,7 @@ class LoopProcess:
         context = multiprocessing.get_context("spawn")
         self._pipe, other = context.Pipe()
         self._process = context.Process(target=_run, args=(other, setup), name="drive", daemon=True)
-        with _deaf_to_ctrl_c():
+        with deaf_to_ctrl_c():
             self._process.start()
         other.close()
         try:
@@ -108,17 +114,15 @@ class LoopProcess:
             self._process.join()
 
 
-@contextlib.contextmanager
-def _deaf_to_ctrl_c() -> Iterator[None]:
-    """A process that begins here ignores Ctrl-C from its first moment on: that is for the page."""
-    if threading.current_thread() is not threading.main_thread():
-        yield  # only the main thread may change this
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+def _window(others: Line | None) -> Window | None:
+    """The window through which others look; it lasts as long as the process."""
+    if others is None:
+        return None
+    from rollgait.hardware.topics import VELOCITY
+    from rollgait.hardware.transports.elsewhere import Elsewhere
+    from rollgait.hardware.window import Window
+
+    return Window(Elsewhere(others), "rollgait: drive", (VELOCITY,))
 
 
 def _run(pipe: Connection, setup: Setup) -> None:
@@ -131,11 +135,15 @@ def _run(pipe: Connection, setup: Setup) -> None:
     from rollgait.mpc.loop import no_collections
     from rollgait.mpc.setup import make_loop
 
-    with contextlib.suppress(EOFError, OSError):
+    with contextlib.suppress(EOFError, OSError), contextlib.ExitStack() as stack:
         try:
             session = Session(
-                lambda: make_loop(setup.robot, setup.plant, gait=setup.gait, terrain=setup.terrain)
+                lambda: make_loop(setup.robot, setup.plant, gait=setup.gait, terrain=setup.terrain),
+                terrain=setup.terrain,
+                manoeuvres=setup.manoeuvres,
+                window=_window(setup.others),
             )
+            stack.callback(session.close)
             pipe.send(None)
             session.pace.restart()
             with no_collections():

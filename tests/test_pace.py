@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rollgait.view.driving.pace import BACKLOG, Pace
+from rollgait.pace import BACKLOG, Pace
 
 PERIOD = 0.01
 
