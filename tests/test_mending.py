@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import rollgait as rg
+from rollgait.attempts import Effort
 from rollgait.mending import failing_intervals, finer
 from rollgait.planner import Planner
 from rollgait.robot.library import find_robot
@@ -37,6 +39,22 @@ def test_what_fails_between_nodes_is_mended(monkeypatch: pytest.MonkeyPatch) -> 
     parts = plan.statistics.seconds
     assert parts["certify"] > 0.0
     assert plan.statistics.wall_time == pytest.approx(sum(parts.values()))
+
+
+@pytest.mark.parametrize("looks", [1, 2])
+def test_nothing_is_mended_that_nobody_judges(looks: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    mended = list[rg.Plan]()
+
+    def counted(planner: Planner, *arguments: Any) -> rg.Plan | None:
+        found = mend(planner, *arguments)
+        mended.extend([] if found is None else [found])
+        return found
+
+    mend = Planner._mended
+    monkeypatch.setattr(Planner, "_mended", counted)
+    plan = Planner().plan_within(coarse(), Effort(starts=1, rounds=looks))
+    assert len(mended) == looks - 1
+    assert plan.certificate().passed == (looks == 2)
 
 
 def test_only_what_fails_and_its_neighbours_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:

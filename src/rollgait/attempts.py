@@ -46,7 +46,7 @@ class Effort:
 
     Attributes:
         starts: that are tried before it is given up.
-        rounds: of mending.
+        rounds: looks of the judge at a solution; between two of them it is mended.
         patience: s, after which a solution is not mended any further.
         limits: of each run of a solver.
         warm_iterations: the most of a run from near a solution.

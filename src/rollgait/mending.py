@@ -17,7 +17,8 @@ from rollgait.plan.plan import Plan
 from rollgait.scenario.schedule import ContactSchedule
 
 ROUNDS: Final = 4
-"""How often a mesh is cut: after that an interval is a sixteenth of what it was."""
+"""Looks of the judge at a solution, between which its mesh is cut: at the last an interval is at least an
+eighth of what it was."""
 SHORTEST: Final = 0.01
 """s; an interval of half this length or less is not cut: between its nodes nothing moves by a millimetre."""
 NEIGHBOURS: Final = 1

@@ -295,11 +295,12 @@ class Planner:
         ready = settled.ready
         plan: Plan | None = _as_plan(settled, attempts, self._method)
         while plan is not None:
-            for _ in range(effort.rounds):
+            for look in range(1, effort.rounds + 1):
                 tried.append(plan)
                 with watch("certify"):
                     passed = plan.certificate().passed
-                    schedule = None if passed else finer(plan)
+                    # what is mended after the last look, nobody would judge
+                    schedule = None if passed or look == effort.rounds else finer(plan)
                 if passed or schedule is None or self.clock() - begin > effort.patience:
                     break
                 mended = self._mended(

@@ -1,5 +1,8 @@
 """`rollgait bridge` on the command line: what is refused, and a robot that nobody enables."""
 
+import socket
+from pathlib import Path
+
 import pytest
 
 from rollgait.cli.app import run
@@ -14,6 +17,10 @@ from rollgait.errors import MissingExtraError
         (["--domain", "500"], "domain"),
         (["--slow", "3"], "hardware does not wait"),
         (["--plan", "nowhere.npz"], "nowhere.npz"),
+        (["--ground", "nowhere.yaml"], "nowhere.yaml"),
+        (["--speed", "-1"], "speed"),
+        (["--torque", "nan"], "torque"),
+        (["--foxglove-port", "5"], "goes with --foxglove"),
     ],
 )
 def test_what_is_wrong_is_one_sentence(
@@ -33,9 +40,44 @@ def test_a_missing_extra_is_named(
         raise MissingExtraError("DDS", "ros")
 
     pytest.importorskip("rosbags", reason="the extra 'ros' is not installed")
-    monkeypatch.setattr("rollgait.hardware.transports.dds.need_dds", missing)
+    monkeypatch.setattr("rollgait.hardware.transports.reach.need_dds", missing)
     assert run(["bridge"]) == 2
     assert "pip install 'rollgait[ros]'" in capsys.readouterr().err
+
+
+def test_a_port_in_use_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("cyclonedds", reason="the extra 'ros' is not installed")
+    pytest.importorskip("foxglove", reason="the extra 'foxglove' is not installed")
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        assert run(["bridge", "--domain", "95", "--foxglove", "--foxglove-port", port]) == 2
+    shown = capsys.readouterr()
+    assert f"foxglove-port: {port} cannot be listened on" in shown.err
+    assert len(shown.err.strip().splitlines()) == 1
+    assert shown.out == ""
+
+
+def test_a_robot_cannot_be_put_where_nobody_can_stand(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("cyclonedds", reason="the extra 'ros' is not installed")
+    (tmp_path / "edge.yaml").write_text("parts: [{kind: step, x: 0.35, height: 0.4}]\n")
+    assert run(["bridge", "--simulate", "--ground", str(tmp_path / "edge.yaml")]) == 2
+    shown = capsys.readouterr()
+    assert "ground" in shown.err
+    assert len(shown.err.strip().splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_nobody_to_talk_to_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("cyclonedds", reason="the extra 'ros' is not installed")
+    assert run(["bridge", "--domain", "95", "--seconds", "4", "--no-kernels"]) == 0
+    assert (
+        "nothing comes on /joint_states; nothing comes on /imu; nothing comes on /odom"
+        in capsys.readouterr().out
+    )
 
 
 @pytest.mark.slow

@@ -184,7 +184,8 @@ def test_a_stranger_finds_the_links_of_a_simulation(name: str, tmp_path: Path) -
     assert worst(log, bag) <= TOLERANCE
     np.testing.assert_array_equal(bag.messages["/joint_states"][3].effort, log.joint_torque[3])
     source = log.save(tmp_path / "run.npz")
-    assert run(["export", str(source), "--format", "mcap", "--rate", "1000", "--meshes", "package"]) == 0
+    command = ["export", str(source), "--format", "mcap", "--rate", "1000", "--meshes", "package"]
+    assert run([*command, "--out", str(tmp_path / "again.mcap")]) == 0
 
 
 @pytest.mark.parametrize("name", ["centauro", "strider"])

@@ -16,6 +16,7 @@ from rollgait.mpc.mpc import Mpc
 from rollgait.robot.urdf_model import load_model
 from rollgait.robot.whole_body import find_whole_body
 from rollgait.ros.messages import vector
+from rollgait.terrain.terrain import Terrain
 
 SETTLE = 0.1
 
@@ -27,13 +28,21 @@ class Rig:
         told: joint commands that went over the wire.
     """
 
-    def __init__(self, mpc: Mpc, *, lowest: bool = False, posture: Any = None, **options: Any) -> None:
+    def __init__(
+        self,
+        mpc: Mpc,
+        *,
+        lowest: bool = False,
+        posture: Any = None,
+        terrain: Terrain | None = None,
+        **options: Any,
+    ) -> None:
         self.loopback = Loopback()
         self.cable = self.loopback.end()
         rise = rise_of(load_model(find_whole_body(mpc.robot)), mpc.robot)
         if posture is None:
             posture = rise.postures[0 if lowest else -1]
-        self.robot = SimulatedRobot(mpc.robot, self.cable, seed=3, posture=posture)
+        self.robot = SimulatedRobot(mpc.robot, self.cable, seed=3, posture=posture, terrain=terrain)
         self.loopback.each_tick(lambda _: self.robot.tick())
         self.hand = self.loopback.end()
         self.told: list[dict[str, Any]] = []

@@ -164,7 +164,9 @@ class Outside:
         self.clock = Clock()
         self.window = Window(loopback.end(), "a test", (VELOCITY,), self.clock)
         self.hand: End = loopback.end()
-        self.session = Session(lambda: make_loop("centauro", "rigid", kernels=False), self.clock, self.window)
+        self.session = Session(
+            lambda: make_loop("centauro", "rigid", kernels=False), self.clock, window=self.window
+        )
 
     def say(self, forward: float) -> None:
         self.hand.publish(VELOCITY, encoded(VELOCITY, {"linear": vector([forward, 0.0, 0.0])}))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rollgait.cli.arguments import Kernels
+from rollgait.cli.arguments import GroundName, Kernels
 from rollgait.cli.controlled import stopping
 from rollgait.cli.live import Domain, FoxgloveCommands, FoxglovePort, WithFoxglove, reach_from
 from rollgait.cli.progress import StatusLine
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from rollgait.mpc.prediction import Event
     from rollgait.plan.plan import Plan
     from rollgait.robot.robot import Robot
+    from rollgait.terrain import Terrain
 
 
 def bridge(
@@ -37,6 +38,7 @@ def bridge(
     simulate: Annotated[
         bool, typer.Option("--simulate", help="Start a simulated robot in another process, and drive that.")
     ] = False,
+    ground: GroundName = None,
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed of the simulated sensors.")] = 0,
     slow: Annotated[
         float,
@@ -81,6 +83,7 @@ def bridge(
     plans = [PlanFile.load(path) for path in plan or ()]
     if slow != 1.0 and not simulate:
         raise InputError("slow", slow, "is for simulated robots: hardware does not wait")
+    terrain, place = _ground_of(ground, plans, body)
     transport, said = opened(reach)
     print("\n".join(said), flush=True)
     slowed = Slowed(transport, slow)
@@ -88,8 +91,13 @@ def bridge(
     try:
         with StatusLine("building the controller …"):
             if simulate:
-                other = RobotProcess(RobotSetup(robot, reach.domain, seed, slow=slow))
+                other = RobotProcess(
+                    RobotSetup(robot, reach.domain, seed, slow=slow, place=place, terrain=terrain)
+                )
             driven = _built(body, slowed, gait, plans, (speed, torque), kernels)
+            if terrain is not None and not plans:  # that of a plan the bridge has taken
+                driven.mpc.set_ground(terrain)
+            driven.plant.resume()
         _run(driven, slowed, seconds)
     finally:
         transport.close()
@@ -97,6 +105,33 @@ def bridge(
             other.close()
     if driven.phase == "stopped":
         raise typer.Exit(1)
+
+
+def _ground_of(
+    ground: str | None, plans: list[Plan], robot: Robot
+) -> tuple[Terrain | None, tuple[float, float, float]]:
+    """The ground, and x, y of the CoM and yaw where a simulated robot stands on it: as a plan begins.
+
+    Raises what is wrong with them.
+    """
+    from rollgait.cli.ground_input import ground_from, terrain_of
+    from rollgait.errors import InputError
+
+    if plans:
+        from rollgait.mpc.plans.path import PlanPath
+
+        if ground is not None:
+            raise InputError("ground", ground, "cannot be chosen for a plan, which has its own")
+        path = PlanPath(plans[0])
+        state = path.state(0.0)
+        x, y, _ = state.com_position.tolist()
+        return path.terrain, (x, y, float(state.euler[0]))
+    terrain = None if ground is None else terrain_of(ground_from(ground)[0])
+    if terrain is not None:
+        from rollgait.scenario.standing import require_stance
+
+        require_stance(terrain, robot, (0.0, 0.0, 0.0), "ground", with_margin=False)
+    return terrain, (0.0, 0.0, 0.0)
 
 
 def _built(

@@ -16,7 +16,7 @@ from rollgait.discover.crossings import Crossing, lengths
 from rollgait.discover.orders import monotone, other_orders, straying, unevenness
 from rollgait.discover.serial import gait_values
 from rollgait.discover.timing import Pace, timed
-from rollgait.discover.ways import Way, Ways
+from rollgait.discover.ways import Way, ways_of
 from rollgait.errors import NotSolvedError
 from rollgait.footing.route import BaseWay
 from rollgait.scenario.scenario import Scenario
@@ -53,7 +53,7 @@ class _Rolling:
     """The ways of a scenario, and the gaits along them."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self.scenario, self.ways = scenario, Ways(scenario)
+        self.scenario, self.ways = scenario, ways_of(scenario)
         self.lever = self.ways.lever
         self.too_long: list[float] = []
 

@@ -15,7 +15,7 @@ import numpy as np
 from rollgait.discover.candidate import DOUBT, Candidate, goals_along, score, too_long
 from rollgait.discover.greedy import StepPace, TooManyStepsError, Walk, walk_values, walked
 from rollgait.discover.refusals import between, place, up
-from rollgait.discover.ways import Way, Ways
+from rollgait.discover.ways import Way, ways_of
 from rollgait.errors import NotSolvedError
 from rollgait.footing.carried import LAND, REACH, STEP, WIDER_REACH, Carried, StuckError
 from rollgait.footing.on_terrain import arcs_on
@@ -47,7 +47,7 @@ class _Walking:
     """The ways of a scenario, and the steps along them."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self.scenario, self.ways = scenario, Ways(scenario)
+        self.scenario, self.ways = scenario, ways_of(scenario)
         self.refusals: list[str] = []
 
     def candidates(self) -> Iterator[Candidate]:

@@ -6,9 +6,8 @@ Of each it is known where its feet must step; what forbids one says why.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from itertools import pairwise
 from typing import Final
 
@@ -83,13 +82,15 @@ class Ways:
         regions: where each foot can stand; none on flat ground.
         rise: the highest step, m.
         stride: the longest step, m.
+        wider: the ways of the robot as it is, where this one is thought to be narrower.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.scenario, self.robot = scenario, scenario.body
+    def __init__(self, scenario: Scenario, wider: Ways | None = None, by: float = 0.0) -> None:
+        self.scenario, self.robot, self.wider = scenario, scenario.body, wider
         self.poses = poses_of(scenario)
-        self.stance = self.robot.stance
-        self.lever = turn_lever(self.stance)
+        nominal = self.robot.stance
+        self.stance = nominal - np.sign(nominal) * np.array([0.0, by, 0.0])
+        self.lever = turn_lever(nominal)
         self.flat = scenario.ground.kind == "flat"
         self.regions = [] if self.flat else regions_for(scenario)
         self.rise = rise_max(self.robot)
@@ -116,11 +117,7 @@ class Ways:
 
     def narrower(self, by: float) -> Ways:
         """The ways of a robot whose feet stand nearer to its middle by so much (m)."""
-        result = copy(self)
-        result.stance = self.stance - np.sign(self.stance) * np.array([0.0, by, 0.0])
-        result.__dict__.pop("straight", None)
-        result.__dict__["passages"] = replace(self.passages, stance=result.stance)
-        return result
+        return Ways(self.scenario, self, by)
 
     def any_way(self, steps: bool) -> Way | None:
         """The straight way, else one around, free of steps if there may be none; None if there is no such."""
@@ -234,6 +231,8 @@ class Ways:
 
     @cached_property
     def passages(self) -> Passages:
+        if self.wider is not None:  # the same ground, looked at for other feet
+            return replace(self.wider.passages, stance=self.stance)
         return passages(
             self.regions,
             self.stance,
@@ -242,3 +241,9 @@ class Ways:
             stride=self.stride,
             height=self.robot.height,
         )
+
+
+@lru_cache(maxsize=1)
+def ways_of(scenario: Scenario) -> Ways:
+    """The ways of a scenario; the last are kept, as several proposers ask for them."""
+    return Ways(scenario)

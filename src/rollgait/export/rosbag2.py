@@ -51,6 +51,8 @@ def write_rosbag2(
             for message in recording.messages():
                 writer.write(connections[message.topic.name], message.time, message.data)
         (folder / path.name).replace(path)
+    except OSError as error:
+        raise FileError("file", str(path), f"cannot be written: {error.strerror or error}") from None
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     write_beside(recording, path)

@@ -38,6 +38,8 @@ Phase = Literal["off", "rising", "active", "lying", "stopped"]
 
 STATE_TIMEOUT: Final = 0.1
 """Sensors that have said nothing for so long are lost, s."""
+SENSORS_WITHIN: Final = 2.0
+"""Sensors that have said nothing by then are missed: DDS takes a second to find who speaks, s."""
 REST_SPEED: Final = 0.02
 """A base slower than that rests, m/s."""
 REST_WITHIN: Final = 3.0
@@ -68,7 +70,8 @@ class Bridge:
         transport: to robot and operator.
         clock: seconds that only go on; `transport.receive` lets them pass.
         gait: in which commands are followed.
-        plans: to be carried out once the robot is up, one after the other, while an operator is there.
+        plans: to be carried out once the robot is up, one after the other, while an operator is there; the
+            controller takes the ground of the first for the ground.
         settings: of the bridge.
 
     Attributes:
@@ -108,6 +111,7 @@ class Bridge:
         self._since = 0.0
         self._stands_alone = False
         self._lies_down = False
+        self._clock, self._missed_from, self._silence_told = clock, clock() + SENSORS_WITHIN, ""
         if self._plans:
             self._check_plans()
 
@@ -131,9 +135,11 @@ class Bridge:
 
     def step(self) -> None:
         """One period; it takes as long."""
+        self._take_map()
         self._turn_switch()
         self._watch()
         if self.phase == "off":
+            self._tell_silence()
             self.plant.wait()
         elif self.phase in ("rising", "lying"):
             self._move()
@@ -179,6 +185,15 @@ class Bridge:
         message = latest[0] if latest else self.phase
         return Health(level, "rollgait: bridge", message, self.mpc.robot.name, values)
 
+    def _silence(self) -> str:
+        return self.plant.sensors.silent(self.settings.state_timeout)
+
+    def _tell_silence(self) -> None:
+        """Notes which sensors are not there, once somebody could miss them, and when they are."""
+        if self._clock() >= self._missed_from and (silence := self._silence()) != self._silence_told:
+            self.note(silence or "all sensors speak")
+            self._silence_told = silence
+
     # -- the switch -------------------------------------------------------------------------------------
 
     def _turn_switch(self) -> None:
@@ -193,7 +208,7 @@ class Bridge:
             return
         why = ""
         if self.plant.sensors.age > self.settings.state_timeout:
-            why = "the sensors do not say where it is"
+            why = self._silence()
         elif not self.plant.is_upright:
             why = "its base is tilted"
         if why:
@@ -205,9 +220,16 @@ class Bridge:
             self.loop.control = None
             self._enter("active", "enabled anew")
             return
+        self._begin_rise()
+
+    def _take_map(self) -> None:
+        """Takes a map that has come, while the joints are told nothing: it takes the controller a second."""
+        if self.loop is not None or self.phase not in ("off", "stopped"):
+            return
         if (ground := self.operator.ground()) is not None:
             self.mpc.set_ground(ground)
-        self._begin_rise()
+            self.plant.resume()
+            self.note("the ground is that of the last map")
 
     def _begin_rise(self) -> None:
         joints = self.plant.sensors.joints
@@ -245,7 +267,7 @@ class Bridge:
         if self.phase in ("off", "stopped"):
             return
         if self.plant.sensors.age > self.settings.state_timeout:
-            self._stop(f"no state for {self.settings.state_timeout:g} s")
+            self._stop(f"no state for {self.settings.state_timeout:g} s: {self._silence()}")
         elif self.plant.stall > STALL_MAX:
             self._stop(f"a stall of {self.plant.stall:.2g} s")
         elif not self.plant.is_upright:

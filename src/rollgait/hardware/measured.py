@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from rollgait.hardware.topics import IMU, SENSORS, decoded, nanoseconds_of
 from rollgait.hardware.transports.transport import Transport
 from rollgait.ros.messages import Fields
-from rollgait.ros.topics import JOINT_STATES, ODOMETRY, Topic
+from rollgait.ros.topics import BASE_LINK, JOINT_STATES, ODOMETRY, Topic
 
 Array = NDArray[np.float64]
 
@@ -20,6 +20,8 @@ GAP: Final = 1.5
 """So many usual distances between two stamps count as a lost message."""
 LEAP_BACK: Final = 5 * 10**9
 """A stamp so much older than the last is that of a clock that was set, or of a robot that began anew, ns."""
+BASE_FRAMES: Final = ("", BASE_LINK)
+"""Frames in which an IMU and an odometry may say how the base moves; none is taken for that of the base."""
 NORM_MIN: Final = 0.5
 """A quaternion shorter than that is one that nobody set."""
 
@@ -95,6 +97,7 @@ class Sensors:
         joint_names: order of the joints.
         clock: seconds that only go on.
         period: at which messages come, s: longer gaps between their stamps are losses.
+        base: name of the base link, if it is not `base_link`.
 
     Attributes:
         joints, imu, odometry: the last of each; None if none has come.
@@ -107,7 +110,9 @@ class Sensors:
         joint_names: Sequence[str],
         clock: Callable[[], float],
         period: float,
+        base: str = BASE_LINK,
     ) -> None:
+        self._frames = (*BASE_FRAMES, base)
         self._names, self._clock = tuple(joint_names), clock
         self._order: tuple[tuple[str, ...], list[int]] = ((), [])
         self.joints: Joints | None = None
@@ -128,6 +133,21 @@ class Sensors:
             each.time if each is not None else -np.inf for each in (self.joints, self.imu, self.odometry)
         ]
         return float(self._clock() - min(times))
+
+    def silent(self, timeout: float) -> str:
+        """Which of them say nothing of now, and why that is if it is known; empty if all speak.
+
+        Args:
+            timeout: after which one is silent, s.
+        """
+        found = []
+        last = {JOINT_STATES: self.joints, IMU: self.imu, ODOMETRY: self.odometry}
+        for topic, each in last.items():
+            if each is None or self._clock() - each.time > timeout:
+                stream = self.streams[topic.name]
+                why = f" that can be used: {stream.fault}" if stream.fault else ""
+                found.append(f"nothing comes on {topic.name}{why}")
+        return "; ".join(found)
 
     @property
     def lost(self) -> int:
@@ -174,6 +194,8 @@ class Sensors:
         quaternion, omega = _quaternion(message["orientation"]), _vector(message["angular_velocity"])
         if quaternion is None or not np.isfinite(omega).all():
             return "the IMU says no orientation, or what is not a number"
+        if (frame := message["header"]["frame_id"]) not in self._frames:
+            return f"the IMU speaks in the frame {frame!r}, which must be that of the base link"
         self.imu = Imu(self._clock(), quaternion, omega)
         return ""
 
@@ -183,6 +205,8 @@ class Sensors:
         place, velocity = _vector(pose["position"]), _vector(twist["linear"])
         if quaternion is None or not (np.isfinite(place).all() and np.isfinite(velocity).all()):
             return "the odometry says no orientation, or what is not a number"
+        if (frame := message["child_frame_id"]) not in self._frames:
+            return f"the odometry is that of the frame {frame!r}, which must be the base link"
         self.odometry = Odometry(self._clock(), place, quaternion, velocity)
         return ""
 

@@ -75,7 +75,7 @@ class HardwarePlant:
         self.joint_names = model.joint_names
         self._wheels = [leg.wheel - BASE_V for leg in model.legs if leg.wheel is not None]
         self._turned: Array = np.zeros(len(self.joint_names))
-        self.sensors = Sensors(transport, self.joint_names, clock, period)
+        self.sensors = Sensors(transport, self.joint_names, clock, period, model.urdf.root_link)
         self.estimator = BodyEstimator(model, robot, period)
         self._bounds = bounds_of(model, limits)
         self.stage = LastStage(self.joint_names, self._bounds, period)
@@ -195,6 +195,12 @@ class HardwarePlant:
         if missed > 0:  # what was missed is not made good: motions take longer, they do not leap
             self.stalls += missed
             self._due += missed * self._period
+        self._look()
+
+    def resume(self) -> None:
+        """What was due is forgotten: something took its time while the joints were told nothing."""
+        self._due, self.stall = self._clock(), 0.0
+        self._transport.receive(0.0)
         self._look()
 
     def _look(self) -> None:

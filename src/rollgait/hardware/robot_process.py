@@ -13,6 +13,7 @@ from rollgait.errors import RollgaitError
 from rollgait.pace import Pace
 from rollgait.signals import deaf_to_ctrl_c
 from rollgait.simulation.world import TIME_STEP
+from rollgait.terrain import Terrain
 
 BUILD_WITHIN: Final = 120.0
 """A robot that is not there by then will not come, s."""
@@ -33,6 +34,8 @@ class RobotSetup:
         tells_truth: whether it says the truth on `/truth` as well.
         slow: seconds on the wall in one of its own: more than 1 where a machine cannot keep up.
         stands: whether it stands in its stance at first, in place of lying.
+        place: x, y of the CoM and yaw at first, m and rad.
+        terrain: the ground; level if none.
     """
 
     robot: str
@@ -41,6 +44,8 @@ class RobotSetup:
     tells_truth: bool = False
     slow: float = 1.0
     stands: bool = False
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    terrain: Terrain | None = None
 
 
 class RobotProcess:
@@ -99,6 +104,7 @@ def _run(pipe: Connection, setup: RobotSetup) -> None:
     from rollgait.robot.urdf_model import load_model
     from rollgait.robot.whole_body import find_whole_body
 
+    answer: RollgaitError | None
     try:
         transport = DdsTransport(setup.domain)
         body = find_robot(setup.robot)
@@ -109,10 +115,17 @@ def _run(pipe: Connection, setup: RobotSetup) -> None:
             seed=setup.seed,
             tells_truth=setup.tells_truth,
             posture=postures[-1 if setup.stands else 0],
+            place=setup.place,
+            terrain=setup.terrain,
         )
-        pipe.send(None)
+        answer = None
     except RollgaitError as error:
-        pipe.send(error)
+        answer = error
+    try:
+        pipe.send(answer)
+    except OSError:  # nobody is there any more who started it
+        return
+    if answer is not None:
         return
     pace, count = Pace(setup.slow * TIME_STEP), 0
     while True:

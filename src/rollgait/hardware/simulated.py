@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rollgait.config import Config, NonNegative, Positive
+from rollgait.errors import InputError
 from rollgait.hardware.last_stage import COMMAND_AGE_MAX, LastStage, bounds_of
 from rollgait.hardware.postures import rise_of
 from rollgait.hardware.topics import IMU, JOINT_COMMANDS, TRUTH, decoded, encoded
@@ -31,7 +32,7 @@ from rollgait.ros.topics import BASE_LINK, JOINT_STATES, ODOM, ODOMETRY, Topic
 from rollgait.simulation.controller import JointReference
 from rollgait.simulation.drives import gains_of
 from rollgait.simulation.joint_path import JointPath
-from rollgait.simulation.measure import StateReader, axles_to_the_left
+from rollgait.simulation.measure import StateReader, reader_at
 from rollgait.simulation.physics import Physics, Pose
 from rollgait.simulation.plant import PRESSING, SMOOTHING
 from rollgait.simulation.world import TIME_STEP
@@ -85,6 +86,9 @@ class SimulatedRobot:
         disturbances: what else is not as a controller takes it.
         tells_truth: whether it says the truth as well, on `/truth`, for who reports errors.
 
+    Raises:
+        InputError: the ground is not known under its feet.
+
     Attributes:
         joint_names: of the n_j joints.
         held: whether the drives hold because no command has come for `COMMAND_AGE_MAX`.
@@ -119,7 +123,7 @@ class SimulatedRobot:
             self.joint_names,
             gains_of(robot, body, self.joint_names),
             disturbances or Disturbances(),
-            _resting(model, joints, place),
+            _resting(model, joints, place, terrain),
             rest,
             ground=0.0,
             begins=SETTLING,
@@ -156,8 +160,7 @@ class SimulatedRobot:
             known.heading,
             np.zeros(4),
         )
-        wheels = np.array([leg.wheel is not None for leg in model.legs])
-        return StateReader(world, axles_to_the_left(world, self._physics.data, start, wheels), start)
+        return reader_at(world, self._physics.data, model, start)
 
     # -- the truth --------------------------------------------------------------------------------------
 
@@ -242,25 +245,25 @@ class SimulatedRobot:
     # -- sensors ----------------------------------------------------------------------------------------
 
     def _measure(self) -> None:
-        data, world = self._physics.data, self._physics.world
+        pose, velocity = self._physics.pose, self._physics.velocity
         now = round(1e9 * (self.time + 1.0))  # a stamp of 0 means "the latest" to tf
         noise = self._noise
-        R = Rotation.from_quat(np.roll(data.qpos[3:7], -1))
+        R = Rotation.from_quat(pose.base_quaternion)
         joints = messages.joint_state(
             now,
             self.joint_names,
-            self._noisy(data.qpos[world.position], noise.joint_position),
-            self._noisy(data.qvel[world.velocity], noise.joint_velocity),
-            self._noisy(data.actuator_force, noise.effort),
+            self._noisy(pose.joint_position, noise.joint_position),
+            self._noisy(velocity.joint_velocity, noise.joint_velocity),
+            self._noisy(self._physics.data.actuator_force, noise.effort),
         )
-        acceleration = (data.qvel[:3] - self._velocity) / noise.period + [0.0, 0.0, GRAVITY]
-        self._velocity = data.qvel[:3].copy()
+        acceleration = (velocity.base_linear - self._velocity) / noise.period + [0.0, 0.0, GRAVITY]
+        self._velocity = velocity.base_linear
         tilted = R * Rotation.from_rotvec(self._noisy(np.zeros(3), noise.tilt))
         imu: Fields = {
             "header": messages.header(now, BASE_LINK),
             "orientation": messages.quaternion(tilted.as_quat()),
             "orientation_covariance": _covariance(noise.tilt, 3),
-            "angular_velocity": messages.vector(self._noisy(data.qvel[3:6], noise.angular_velocity)),
+            "angular_velocity": messages.vector(self._noisy(velocity.base_angular, noise.angular_velocity)),
             "angular_velocity_covariance": _covariance(noise.angular_velocity, 3),
             "linear_acceleration": messages.vector(
                 self._noisy(R.inv().apply(acceleration), noise.acceleration)
@@ -270,9 +273,9 @@ class SimulatedRobot:
         turned = Rotation.from_rotvec([0.0, 0.0, *self._noisy(np.zeros(1), noise.yaw)]) * R
         odometry = messages.odometry(
             now,
-            FramePose(ODOM, BASE_LINK, self._noisy(data.qpos[:3], noise.place), turned.as_quat()),
-            self._noisy(R.inv().apply(data.qvel[:3]), noise.velocity),
-            self._noisy(data.qvel[3:6], noise.angular_velocity),
+            FramePose(ODOM, BASE_LINK, self._noisy(pose.base_position, noise.place), turned.as_quat()),
+            self._noisy(R.inv().apply(velocity.base_linear), noise.velocity),
+            self._noisy(velocity.base_angular, noise.angular_velocity),
         )
         due = self.time + noise.latency
         for topic, message in ((IMU, imu), (ODOMETRY, odometry), (JOINT_STATES, joints)):
@@ -284,12 +287,18 @@ class SimulatedRobot:
         return np.asarray(values + deviation * self._random.normal(size=len(values)))
 
 
-def _resting(model: WholeBodyModel, joints: Array, place: tuple[float, float, float]) -> Pose:
-    """Level, with its lowest foot on the ground and its CoM at a place."""
+def _resting(
+    model: WholeBodyModel, joints: Array, place: tuple[float, float, float], terrain: Terrain | None
+) -> Pose:
+    """Level, with a foot on the ground and none in it, and its CoM at a place."""
     x, y, yaw = place
     quaternion = Rotation.from_euler("z", yaw).as_quat()
     body = model.state(np.concatenate([np.zeros(3), quaternion, joints]))
-    p_base = np.array([x, y, 0.0]) - [*body.p_com[:2], body.p_foot[:, 2].min()]
+    feet = body.p_foot + np.array([x - body.p_com[0], y - body.p_com[1], 0.0])
+    ground = np.zeros(len(feet)) if terrain is None else terrain.height(feet[:, 0], feet[:, 1])
+    if not np.isfinite(ground).all():
+        raise InputError("ground", "unknown", "must be known where the robot is to stand")
+    p_base = np.array([x - body.p_com[0], y - body.p_com[1], float(np.max(ground - feet[:, 2]))])
     return Pose(p_base, quaternion, joints)
 
 

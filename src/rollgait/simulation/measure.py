@@ -12,6 +12,7 @@ from rollgait.angles import euler_angles, euler_rates, near
 from rollgait.plant.fall import is_fallen
 from rollgait.plant.state import RobotState
 from rollgait.robot.robot import LEG_NAMES
+from rollgait.robot.urdf_model import WholeBodyModel
 from rollgait.simulation.world import World
 from rollgait.terrain.terrain import Terrain
 
@@ -153,16 +154,17 @@ class StateReader:
         return self.last
 
 
-def axles_to_the_left(world: World, data: Any, state: RobotState, wheels: NDArray[np.bool_]) -> Array:
-    """The axles as `StateReader` wants them, told from a pose in which the headings are known.
+def reader_at(world: World, data: Any, model: WholeBodyModel, state: RobotState) -> StateReader:
+    """Reads on from a pose in which the headings are known; which way the axles point is told from it.
 
     Args:
         world: where things are.
         data: MuJoCo's data at this pose.
-        state: the headings there.
-        wheels: which legs have a wheel, (4,).
+        model: which legs have wheels.
+        state: the headings there; near the first reading.
     """
     axle = data.geom_xmat[list(world.feet)].reshape(-1, 3, 3)[:, :, 2]
     left = np.stack([-np.sin(state.heading), np.cos(state.heading)], axis=1)
     sign = np.where(np.sum(axle[:, :2] * left, axis=1) < 0.0, -1.0, 1.0)
-    return np.asarray((sign * wheels)[:, None] * _UP)
+    wheels = np.array([leg.wheel is not None for leg in model.legs])
+    return StateReader(world, np.asarray((sign * wheels)[:, None] * _UP), state)

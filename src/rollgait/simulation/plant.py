@@ -21,7 +21,7 @@ from rollgait.robot.whole_body import WholeBody
 from rollgait.simulation.controller import Gains, JointReference
 from rollgait.simulation.drives import gains_of
 from rollgait.simulation.joint_path import JointPath
-from rollgait.simulation.measure import StateReader, axles_to_the_left
+from rollgait.simulation.measure import reader_at
 from rollgait.simulation.physics import Load, Physics, Pose, Velocity
 from rollgait.simulation.world import TIME_STEP
 from rollgait.terrain.terrain import Terrain
@@ -107,7 +107,8 @@ class MujocoPlant:
             wrenches=wrenches,
         )
         self._start_time = start.time
-        self._reader = self._reader_at(start)
+        physics = self._physics
+        self._reader = reader_at(physics.world, physics.data, self.follower.model, start)
         self._state = self._reader.read(self._physics.data, start.time)
         self._pose, self._velocity = self._physics.pose, self._physics.velocity
         self.told = JointTarget(posture, rest[0], rest[0])
@@ -117,11 +118,6 @@ class MujocoPlant:
         self.torque_share = 0.0
         self._pressing = PRESSING * robot.weight
         self._settle(robot, start)
-
-    def _reader_at(self, start: RobotState) -> StateReader:
-        world = self._physics.world
-        wheels = np.array([leg.wheel is not None for leg in self.follower.model.legs])
-        return StateReader(world, axles_to_the_left(world, self._physics.data, start, wheels), start)
 
     def _standing_torque(self, robot: Robot, start: RobotState) -> Array:
         return self.follower.follow(standing_control(robot, start, _SETTLING_PERIOD)).torque

@@ -152,8 +152,9 @@ class FatropEngine:
 
     def _solve_here(self, patience: float) -> int:
         """In this thread, which a busy machine would wake late if it waited for another."""
-        if self._call_here is None:
+        if self._call_here is None or self._solver is None:
             return self._solve_beside(patience)
+        assert self._solver is not None, "a solver that gave no answer is not asked again"
         self._watch.patience = patience
         try:
             return self._call_here(self._library.fatrop_ocp_c_solve, self._solver, self._watch)

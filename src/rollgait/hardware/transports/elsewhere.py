@@ -20,7 +20,7 @@ from typing import Any, Final
 from rollgait.errors import RollgaitError
 from rollgait.hardware.topics import SHOWN
 from rollgait.hardware.transports.reach import Reach, opened
-from rollgait.hardware.transports.transport import Receive
+from rollgait.hardware.transports.transport import Receive, Transport
 from rollgait.ros.topics import Topic
 from rollgait.signals import deaf_to_ctrl_c
 
@@ -164,12 +164,19 @@ def _run(words: Connection, answers: Connection, reach: Reach) -> None:
     """The other process, until nobody holds the other end."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for who started it, who hangs up
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    try:
-        transport, said = opened(reach, SHOWN)
-    except RollgaitError as error:
-        answers.send(error)
-        return
-    answers.send(said)
+    with contextlib.suppress(OSError):  # nobody is there any more who started it
+        try:
+            transport, said = opened(reach, SHOWN)
+        except RollgaitError as error:
+            answers.send(error)
+            return
+        answers.send(said)
+        _carry(transport, words, answers)
+        transport.close()
+
+
+def _carry(transport: Transport, words: Connection, answers: Connection) -> None:
+    """Publishes what comes over the pipe, and answers with what others publish, until the pipe is closed."""
 
     def take(word: Any) -> None:
         topic, data = word
@@ -183,4 +190,3 @@ def _run(words: Connection, answers: Connection, reach: Reach) -> None:
             if words.poll(LOOK_EVERY):
                 take(words.recv())
             transport.receive(0.0)
-    transport.close()

@@ -80,7 +80,7 @@ class FoxgloveTransport:
                 context=self._context,
             )
         except RuntimeError as error:
-            raise InputError("port", port, f"cannot be listened on: {error}") from None
+            raise InputError("foxglove-port", port, f"cannot be listened on: {error}") from None
         self.port = int(self._server.port)
 
     def publish(self, topic: Topic, data: bytes) -> None:
