@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.view.browser import browser, centre, near, needs_chromium, settled
+from tests.view.browser import browser, centre, near, needs_chromium, picture, settled, wait_until
 
 from rollgait.cli.app import run  # isort: skip  # the line above skips where viser is absent
 from rollgait.scenario import find_scenario  # isort: skip
@@ -49,7 +49,7 @@ def test_the_page_opens_offline_and_moves(tmp_path: Path) -> None:
         page.on("request", lambda request: asked.append(request.url))
         page.goto(file.as_uri())
         page.get_by_text("hybrid <b>forward</b>").wait_for()  # a name is text, never markup
-        page.wait_for_timeout(3000)
+        wait_until(lambda: bool(near(picture(page), FR).any()))  # it is drawn, and plays
         page.keyboard.press("Space")
         early, late = near(go(page, "0.5"), FR), near(go(page, "5"), FR)
         assert all(url.startswith(("file:", "data:", "blob:")) for url in asked)

@@ -63,7 +63,7 @@ def scrub(page: Any, viewer: Viewer, to: float) -> NDArray[np.float64]:
         box = page.locator("input[inputmode=decimal]").first
         box.fill(f"{to:g}")
         box.press("Enter")
-        page.wait_for_timeout(500)
+        page.wait_for_timeout(100)
         return False
 
     wait_until(is_there)
@@ -152,7 +152,7 @@ def test_what_cannot_be_planned_is_said(page: Any, viewer: Viewer) -> None:
     def is_said() -> bool:
         """While an earlier plan is being put away nothing is planned."""
         page.get_by_role("button", name="Plan", exact=True).click()
-        page.wait_for_timeout(2000)
+        page.wait_for_timeout(200)
         return bool(page.get_by_text("needs a horizon longer").is_visible())
 
     wait_until(is_said)
