@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Final
+from typing import Annotated, Final
 
-from pydantic import model_validator
+from pydantic import Field
 
-from rollgait.config import Config, NonNegative, Number, Positive, Vector3
+from rollgait.config import Config, NonNegative, Number, Positive, Vector3, validate
 from rollgait.errors import InputError
 
 DIRECTIONS: Final = {"+x": 0.0, "x": 0.0, "+y": 90.0, "y": 90.0, "-x": 180.0, "-y": -90.0}
@@ -16,6 +16,10 @@ DIRECTIONS: Final = {"+x": 0.0, "x": 0.0, "+y": 90.0, "y": 90.0, "-x": 180.0, "-
 
 PUSH_DURATION: Final = 0.2
 """How long a push lasts if nothing else is said, s."""
+
+RadiusError = Annotated[Number, Field(ge=-0.5, le=0.5)]
+Latency = Annotated[NonNegative, Field(le=0.1)]
+Slope = Annotated[Number, Field(ge=-45.0, le=45.0)]
 
 _NUMBER: Final = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _PUSH: Final = re.compile(
@@ -59,12 +63,13 @@ class Push(Config):
             raise InputError("push", text, rule)
         direction = found["direction"] or "y"
         angle = DIRECTIONS.get(direction)
-        return cls(
-            force=float(found["force"]),
-            direction_deg=float(direction.removesuffix("deg")) if angle is None else angle,
-            start=float(found["start"]),
-            duration=float(found["duration"] or PUSH_DURATION),
-        )
+        values = {
+            "force": float(found["force"]),
+            "direction_deg": float(direction.removesuffix("deg")) if angle is None else angle,
+            "start": float(found["start"]),
+            "duration": float(found["duration"] or PUSH_DURATION),
+        }
+        return validate(cls, values, "push")
 
     def __str__(self) -> str:
         return f"{self.force!r}N:{self.direction_deg!r}deg@{self.start!r}s:{self.duration!r}s"
@@ -104,23 +109,13 @@ class Disturbances(Config):
     """A mass on the base link."""
     friction: Positive = 0.8
     """μ between feet and ground."""
-    radius_error: Number = 0.0
+    radius_error: RadiusError = 0.0
     """By how much the true wheels are larger than the known ones, as a share: 0.01 is 1 %."""
-    latency: NonNegative = 0.0
+    latency: Latency = 0.0
     """Age of what the controller knows of the joints and the base, and of what it sends, s. The drives'
     own damping is not delayed."""
-    slope_deg: Number = 0.0
+    slope_deg: Slope = 0.0
     """By how much the ground rises along x, degrees. The world frame lies in the ground."""
-
-    @model_validator(mode="after")
-    def _is_possible(self) -> Disturbances:
-        if not -0.5 <= self.radius_error <= 0.5:
-            raise ValueError("must have a radius_error between -0.5 and 0.5")
-        if self.latency > 0.1:
-            raise ValueError("must have a latency of at most 0.1 s")
-        if not -45.0 <= self.slope_deg <= 45.0:
-            raise ValueError("must have a slope_deg between -45 and 45")
-        return self
 
 
 _UNITS: Final = {

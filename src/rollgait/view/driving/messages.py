@@ -61,7 +61,7 @@ class Request:
 
     def check(self) -> None:
         """Raises `InputError` for numbers that are none, and for a gait that is not known."""
-        validate(VelocityCommand, dict(self.command), "command.").check()
+        validate(VelocityCommand, dict(self.command), "command").check()
         for name, force in (("pull", self.pull), *(("push", push.force) for push in self.pushes)):
             if not all(map(math.isfinite, force)):
                 raise InputError(name, force, "must be finite forces")
