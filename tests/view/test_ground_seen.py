@@ -20,12 +20,14 @@ from rollgait.view.backdrop import BACKGROUND
 from rollgait.view.camera import Camera
 from rollgait.view.clip import clip_of_plan
 from rollgait.view.figures import figure
-from rollgait.view.layers.ground import add_terrain
+from rollgait.view.layers.ground import FARTHEST, add_terrain
 from rollgait.view.motion import goal_poses
 from rollgait.view.on_ground import ABOVE, frames, grid_lines, laid_segments, normals
 from rollgait.view.paths import TOLERANCE
+from rollgait.view.scene import Scene
 from rollgait.view.shapes import ball
 from rollgait.view.software import SoftwareScene, render
+from rollgait.view.standing_clip import clip_of_scenario
 from rollgait.view.video import still
 from tests.terrain.surface import away_from_edges
 from tests.terrain.worlds import places, rounded, seeds, worlds
@@ -53,6 +55,17 @@ def test_a_wall_hides_what_is_behind_it(x: float, seen: bool) -> None:
     )
     camera = Camera(np.array([-3.0, 0.0, 0.9]), np.array([0.5, 0.0, 0.3]))
     assert (red_in(render(scene, camera, (160, 120))) > 0) == seen
+
+
+@pytest.mark.parametrize("far", [30.0, -1e6, 1e9])
+def test_a_goal_that_is_anywhere_does_not_make_the_drawn_ground_endless(far: float) -> None:
+    scenario = find_scenario("stairs-discover").edited({"goal.x": far, "goal.y": -far})
+    scene = SoftwareScene(scenario.terrain)
+    Scene(cast(SceneApi, scene), "/motion", clip_of_scenario(scenario, "far"))
+    ground = [node for name, node in scene.nodes.items() if "/ground/" in name]
+    drawn = [node.points if node.kind == "lines" else node.vertices for node in ground]
+    assert {node.kind for node in ground} == {"lines", "mesh"}
+    assert max(np.abs(np.asarray(each)[..., :2]).max() for each in drawn) < FARTHEST + 5.0
 
 
 def test_a_shadow_falls_on_the_ground_where_it_is() -> None:

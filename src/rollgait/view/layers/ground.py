@@ -16,6 +16,8 @@ from rollgait.view.on_ground import grid_lines, is_plane
 from rollgait.view.software import SoftwareScene
 from rollgait.view.standing_clip import KIND, places_of
 
+FARTHEST: Final = 20.0
+"""How far from the robot ground is drawn for what is only wished for, m: a goal may be anywhere."""
 LIGHT = 0.4
 """Weight of the fine lines; together with the others 1, or viser overshoots where they cross."""
 GRID: Final[dict[str, Any]] = {
@@ -42,7 +44,9 @@ class Ground(Layer):
         s = self.clip.samples
         places = np.concatenate([s.foot_position.reshape(-1, 3), s.com_position])
         if self.clip.kind == KIND and self.clip.scenario is not None:  # it is to get there
-            places = np.concatenate([places[:, :2], places_of(self.clip.scenario)])
+            here = s.com_position[0, :2]
+            wished = np.clip(places_of(self.clip.scenario), here - FARTHEST, here + FARTHEST)
+            places = np.concatenate([places[:, :2], wished])
         low, high = window_around(places)
         if not is_plane(self.clip.terrain):
             add_terrain(self.scene, self.path, self.clip.terrain, low, high)
