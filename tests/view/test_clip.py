@@ -214,6 +214,19 @@ def test_a_scenario_stands_still_on_its_ground_at_its_start(name: str) -> None:
     assert clip.horizon == pytest.approx(scenario.horizon)
 
 
+def test_a_draft_whose_gait_does_not_fit_is_shown_all_the_same() -> None:
+    draft = find_scenario("hybrid-forward").edited(
+        {
+            "gait": {"kind": "schedule", "FL": [[1.0125, 1.05]]},
+            "interval": 0.25,
+            "loads.wrench": [{"force": [50, 0, 0], "start": 1.0}],
+        }
+    )
+    with pytest.raises(InputError, match="2 intervals"):
+        draft.check()
+    assert clip_of_scenario(draft, "draft").wrenches == draft.loads.wrench
+
+
 def test_a_scenario_in_a_file_opens_and_what_is_wrong_with_it_is_said(tmp_path: Path) -> None:
     file = tmp_path / "mine.yaml"
     file.write_text(find_scenario("wheeled").to_yaml(brief=True))

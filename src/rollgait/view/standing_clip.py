@@ -63,7 +63,7 @@ def clip_of_scenario(scenario: Scenario, name: str) -> Clip:
         verdict="nothing is planned yet",
         passed=True,
         scenario=scenario,
-        wrenches=scenario.wrenches,
+        wrenches=scenario.loads.wrench,
     )
 
 
