@@ -25,10 +25,11 @@ from pathlib import Path
 
 import joblib
 import numpy as np
+from numpy.typing import NDArray
 
 import rollgait as rg
 from reporting import keep, load, machine, table
-from rollgait.dataset import Sampler, Spec
+from rollgait.dataset import Sampler
 from rollgait.dataset.columns import CERTIFIED
 from rollgait.dataset.running import Worker
 
@@ -67,18 +68,30 @@ class Run:
     twice: int = 0
 
 
-def alone(spec: Spec, count: int) -> float:
-    """Rows per second of one process that plans, certifies and encodes and does nothing else."""
-    worker = Worker(Sampler.of(spec, SPEC.parent))
-    rows = np.unique(np.linspace(0, spec.count - 1, count).astype(int)).tolist()
+def alone(library: rg.Dataset, count: int) -> float:
+    """Rows per second of one process that plans, certifies and encodes all rows and does nothing else.
+
+    It plans some of them; the others took in the run what those took there, in proportion.
+    """
+    worker = Worker(library.sampler)
+    rows = np.unique(np.linspace(0, len(library) - 1, count).astype(int)).tolist()
     rows.sort(key=lambda row: worker.sampler.asked(row).kind)
-    kinds = {worker.sampler.asked(row).kind: row for row in rows}
-    for row in kinds.values():  # what is compiled once is no part of a rate
-        worker.plan(row)
+    for row in {worker.sampler.asked(row).kind: row for row in rows}.values():
+        worker.plan(row)  # what is compiled once is no part of a rate
     begin = time.perf_counter()
     for row in rows:
         worker.plan(row)
-    return len(rows) / (time.perf_counter() - begin)
+    seconds = time.perf_counter() - begin
+    then = seconds_of(library)
+    return len(library) * float(then[rows].sum() / then.sum()) / seconds
+
+
+def seconds_of(library: rg.Dataset) -> NDArray[np.float64]:
+    """How long each row took in the run, by its number, s."""
+    table = library.table(["seconds"])
+    found = np.zeros(len(library))
+    found[table["row"].to_numpy()] = table["seconds"].to_numpy()
+    return found
 
 
 def disturbed(file: Path, folder: Path, count: int, engine: str) -> Run:
@@ -228,16 +241,15 @@ def worth(library: rg.Dataset, count: int) -> list[tuple[object, ...]]:
 def report(count: int, engine: str, folder: Path) -> str:
     """Runs all and returns the page's section."""
     before = load()
-    spec = Spec.from_yaml(SPEC).model_copy(update={"count": count})
     text = SPEC.read_text(encoding="utf-8")
     file = folder.parent / "mixed_motions.yaml"
     file.write_text(text.replace("count: 2000", f"count: {count}"), encoding="utf-8")
-    one = alone(spec, min(ALONE, count))
     run = disturbed(file, folder, count, engine)
     library = rg.Dataset(folder)
+    one = alone(library, min(ALONE, count))
     check = library.check(min(ANEW, count))
     stats = library.stats()
-    rate = count / run.seconds
+    rate, busy = count / run.seconds, seconds_of(library).sum()
     half = len(run.memory) // 2
     quarter = max(1, half // 2)
     rows = [
@@ -246,6 +258,7 @@ def report(count: int, engine: str, folder: Path) -> str:
         ("certified", f"{stats.statuses.get(CERTIFIED, 0)} of {count}"),
         ("certified anew, wrong", f"{len(check.certified)}, {len(check.wrong)}"),
         ("rows per second of one process", f"{one:.2f}"),
+        ("seconds of workers: in rows, of all", f"{busy:.0f}, {WORKERS * run.seconds:.0f}"),
         (f"of {WORKERS} workers, both runs, starts and deaths included", f"{rate:.2f}"),
         ("share of twice one process", f"{100 * rate / (WORKERS * one):.0f} %"),
         (

@@ -28,6 +28,20 @@ def test_a_dead_worker_loses_no_job_and_does_none_twice(tmp_path: Path, deadly: 
     assert sorted(found) == sorted(-3 if deadly and job == 3 else job * job for job in range(12))
 
 
+def test_after_one_death_no_job_is_tried_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    alone: list[int] = []
+
+    def tried_alone(_: object, job: int, *__: object) -> int:
+        alone.append(job)
+        return job * job
+
+    monkeypatch.setattr("rollgait.parallel._alone", tried_alone)
+    call = partial(squared, marks=tmp_path, deadly=False)
+    assert sorted(results(call, iter(range(12)), 2, lambda job: -job)) == [job * job for job in range(12)]
+    assert (tmp_path / "died").exists()
+    assert not alone
+
+
 def test_jobs_are_taken_as_they_are_needed() -> None:
     taken = []
 
@@ -36,7 +50,7 @@ def test_jobs_are_taken_as_they_are_needed() -> None:
             taken.append(job)
             yield job
 
-    come = results(abs, jobs(), 1, abs)  # type: ignore[arg-type]
+    come = results(abs, jobs(), 1, abs)  # type: ignore[arg-type, var-annotated]
     assert next(come) == 0
     assert len(taken) < 10
     come.close()  # type: ignore[attr-defined]

@@ -6,6 +6,7 @@ import os
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
@@ -21,6 +22,8 @@ IN_FLIGHT: Final = 2
 PORTION: Final = 8
 """Jobs per worker that are handed out at once to a backend that returns all of them together: it waits for
 the slowest, so they must be several."""
+SUSPECT: Final = 2
+"""A job that was handed out when so many workers died is tried alone, to know whether it kills them."""
 LOOK: Final = 1.0
 """Between two looks of a worker whether its parent is there, s."""
 LOSSES: Final = {
@@ -42,7 +45,8 @@ def results(
 ) -> Iterator[ResultT]:
     """What `call` makes of each job, as they come; jobs are taken one by one, as they are needed.
 
-    If a worker dies, the jobs that may have killed it are tried one by one; the others go on.
+    If a worker dies, all that was handed out is tried again, and what was there at `SUSPECT` deaths alone:
+    most deaths are of a machine, not of a job, and one job at a time leaves the other cores idle.
 
     Args:
         call: is run in the workers; must not raise.
@@ -56,24 +60,28 @@ def results(
     numbered = enumerate(jobs)
     open_jobs: dict[int, JobT] = {}
 
-    def handed_out() -> Iterator[tuple[int, JobT]]:
+    def handed_out(again: list[int]) -> Iterator[tuple[int, JobT]]:
+        for number in again:
+            yield number, open_jobs[number]
         for number, job in numbered:
             open_jobs[number] = job
             yield number, job
 
-    is_over = False
-    while not is_over:
+    deaths: Counter[int] = Counter()
+    again: list[int] = []
+    while True:
         try:
-            for number, result in _in_parallel(call, handed_out(), workers):
+            for number, result in _in_parallel(call, handed_out(again), workers):
                 del open_jobs[number]
                 yield result
-            is_over = True
+            return
         except Exception as error:
             if not _is_loss(error):
                 raise
-        for number in sorted(open_jobs):
-            job = open_jobs.pop(number)
-            yield _alone(call, job, workers, died)
+        deaths.update(open_jobs.keys())
+        for number in sorted(number for number in open_jobs if deaths[number] >= SUSPECT):
+            yield _alone(call, open_jobs.pop(number), workers, died)
+        again = sorted(open_jobs)
 
 
 @contextmanager
@@ -119,8 +127,9 @@ def _in_parallel(
     try:
         parallel = Parallel(return_as="generator_unordered", **settings)
     except ValueError:  # a backend that only returns all at once (Ray's): in portions
-        while portion := list(islice(calls, PORTION * _count(workers))):
-            yield from Parallel(**settings)(portion)
+        with Parallel(**settings) as together:  # their workers keep what they compiled
+            while portion := list(islice(calls, PORTION * _count(workers))):
+                yield from together(portion)
         return
     yield from parallel(calls)
 
