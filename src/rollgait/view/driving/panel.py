@@ -101,6 +101,7 @@ class Panel:
         )
         gui.add_markdown("Or click the robot's body to push it, and drag it to pull.")
         reset = gui.add_button("Reset", icon=viser.Icon.REFRESH, color="gray", hint="After a fall or a fault")
+        self._motions = gui.add_folder("manoeuvres", visible=False)
         self.follow = gui.add_checkbox("keep the robot in the middle", True)
         self.pause = gui.add_button(
             "Pause", icon=viser.Icon.PLAYER_PAUSE, color="gray", hint="Time stands still"
@@ -137,7 +138,8 @@ class Panel:
     def add_manoeuvres(self, names: Sequence[str]) -> None:
         """Buttons of motions that are planned from where the robot stands, and one for what is ahead."""
         low, high = WAY_AHEAD
-        with self._gui.add_folder("manoeuvres"):
+        self._motions.visible = True
+        with self._motions:
             for name in names:
                 button = self._gui.add_button(name, color="gray", hint="Planned from here")
                 button.on_click(partial(self._ask_manoeuvre, name))
