@@ -134,6 +134,23 @@ def test_no_other_page_may_lay_itself_over_this_one(shown: Viewer) -> None:
         assert b"X-Frame-Options: DENY" in stream.recv(4096)
 
 
+@pytest.mark.slow
+def test_a_notebook_of_this_machine_shows_the_page_and_no_other_site_does(
+    sheet: Any, other_site: int
+) -> None:
+    with viewer() as page:
+        cell = page._repr_html_()
+        for site, is_seen in ((LOOPBACK, True), ("localhost", True), ("evil.example", False)):
+            sheet.goto(f"http://{site}:{other_site}")
+            show = "html => { document.body.innerHTML = html }"
+            if is_seen:
+                sheet.evaluate(show, cell)
+                sheet.frame_locator("iframe").get_by_text("by hand").wait_for()
+            else:
+                with sheet.expect_console_message(lambda message: "frame-ancestors" in message.text):
+                    sheet.evaluate(show, cell)
+
+
 names = st.from_regex(r"[a-z0-9.:_-]{1,30}|\[[0-9a-f:.]{1,20}\]", fullmatch=True) | st.text(max_size=20)
 
 
