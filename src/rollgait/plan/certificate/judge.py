@@ -118,8 +118,8 @@ def _check_schedule(case: Case) -> Iterator[Row]:
     differs = (sampled != case.motion.in_stance) | (sampled != wanted)
     # what is asked between two samples of a long interval
     own = case.schedule.mesh.interval_at(asked.mesh.middles)
-    between = (case.schedule.contact[:, own] != asked.contact).T
-    np.logical_or.at(differs, (own, 0), between)
+    for k, between in zip(own, (case.schedule.contact[:, own] != asked.contact).T, strict=True):
+        differs[k, 0] |= between
     yield from measured(
         "schedule",
         "contacts that are not those of the gait (1: there are some)",
