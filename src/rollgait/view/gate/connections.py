@@ -34,6 +34,8 @@ HEADERS: Final = {
     "Cache-Control": "no-store",
 }
 
+GOODBYE: Final = 0.5
+"""s that a page has to answer as the server ends: one that hangs would hold it up for six."""
 ALONE: Final = {"X-Frame-Options": "DENY", "Content-Security-Policy": "frame-ancestors 'none'"}
 """No other page may lay itself over this one."""
 IN_NOTEBOOKS: Final = {
@@ -144,6 +146,7 @@ def behind(gate: Gate) -> Iterator[None]:
         begun.append(handler)
         options["process_request"] = _answering(gate, options.get("process_request"))
         options |= {"max_size": MESSAGE_MAX, "logger": quiet, "create_connection": gate.connection}
+        options["close_timeout"] = GOODBYE
         return plain(handler, *args, **options)
 
     with _BEGINNING:
