@@ -131,7 +131,8 @@ class Clip:
 
 
 def clip_of_plan(plan: Plan, name: str) -> Clip:
-    """A plan, with the marks of its certificate."""
+    """A plan, with the marks of its certificate. Raises `InputError` if numbers of it are none."""
+    plan.require_numbers()
     scenario, certificate = plan.scenario, plan.certificate()
     begins = [0.0, *(later.at for later in scenario.goal.then)]
     poses = goal_poses(scenario, np.array(begins))
