@@ -70,6 +70,16 @@ def test_a_slip_of_wheels_that_may_not_fails(plan: rg.Plan) -> None:
     assert "stance_slip" in failing(asked(plan, None))
 
 
+def test_a_slip_that_is_not_over_at_the_end_fails(plan: rg.Plan) -> None:
+    """In the last interval wheels rest; to slip there as fast as elsewhere is not allowed."""
+    motion = np.array(plan.trajectory.motion)
+    motion[-1, :, 1] = 0.5 * SLIP_MAX
+    row = replace(plan, trajectory=replace(plan.trajectory, motion=motion)).certificate().row("skid_slip")
+    assert row.verdict == "fail"
+    assert row.time is not None
+    assert row.time > plan.horizon - float(plan.schedule.lengths[-1]) - 1e-6
+
+
 def spoilt(plan: rg.Plan, force: np.ndarray) -> rg.Plan:
     return replace(plan, trajectory=replace(plan.trajectory, force=force))
 

@@ -23,7 +23,17 @@ SHORTEST: Final = 0.01
 """s; an interval of half this length or less is not cut: between its nodes nothing moves by a millimetre."""
 NEIGHBOURS: Final = 1
 """Intervals on both sides that are cut along: what fails in one is decided at its nodes."""
-AT_NODES: Final = ("start_", "end_", "goal_", "schedule", "mesh", "finite", "swing_clearance")
+AT_NODES: Final = (
+    "start_",
+    "end_",
+    "goal_",
+    "schedule",
+    "mesh",
+    "finite",
+    "robot",
+    "load_",
+    "swing_clearance",
+)
 """How the names of rows begin that no finer mesh can mend."""
 
 

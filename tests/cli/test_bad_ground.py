@@ -121,3 +121,13 @@ def test_ground_is_shown_as_it_was_said(
     assert run(["show", "again.yaml"]) == 0
     again = capsys.readouterr().out
     assert again.partition("\n")[2] == shown.partition("\n")[2]
+
+
+def test_a_style_without_a_picture_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["ground", "show", "kerb", "--style", "paper"]) == 2
+    assert "--style: 'paper' is of the picture that --out draws" in " ".join(capsys.readouterr().err.split())
+
+
+def test_an_unknown_style_is_told_before_any_work(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert run(["ground", "show", "kerb", "--style", "dark", "--out", str(tmp_path / "kerb.png")]) == 2
+    assert "valid: paper, screen" in " ".join(capsys.readouterr().err.split())

@@ -21,6 +21,7 @@ from rollgait.robot.robot import LEG_NAMES
 from rollgait.scenario import find_scenario
 from rollgait.terrain import Terrain
 from tests.hostile.motions import joints
+from tests.plan.builders import spoilt
 from tests.terrain.surface import away_from_edges, seen_from_above
 from tests.view.builders import motion_plan, plan_on
 
@@ -204,6 +205,22 @@ def test_mujoco_stands_on_the_ground(kind: str, tmp_path: Path) -> None:
         hit = np.zeros(1, dtype=np.int32)
         way = mujoco.mj_ray(model, data, [x, y, 5.0], [0.0, 0.0, -1.0], None, 1, -1, hit)
         assert 5.0 - way == pytest.approx(float(terrain.height(x, y)), abs=2e-5)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e200])
+@pytest.mark.parametrize(
+    "command", [*(f"export --format {name}" for name in FORMATS), "plot", "record", "track"]
+)
+def test_what_no_number_is_in_a_plan_is_said_in_one_sentence(
+    command: str, value: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The last iterate of a solver that failed is saved, and judged; nobody can draw it."""
+    path, out = tmp_path / "plan.npz", tmp_path / ("out.html" if command == "record" else "out")
+    spoilt(PLAN, "force", (3, 1, 0), value).save(path)
+    name, *options = command.split()
+    assert run([name, str(path), *options, "--out", str(out)]) == 2
+    assert f"trajectory.force: {value:.6g} must lie between" in " ".join(capsys.readouterr().err.split())
+    assert not out.exists()
 
 
 def test_plans_have_no_keyframes_and_joints_no_columns(tmp_path: Path) -> None:

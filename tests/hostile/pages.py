@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import socket
 import time
 from collections.abc import Callable, Iterator
@@ -76,6 +77,25 @@ def socket_from(
         ) as connection,
     ):
         yield connection
+
+
+@contextmanager
+def silent_page(port: int) -> Iterator[None]:
+    """A page that is let in, reads no more, and never says goodbye, as one of a browser that hangs."""
+    lines = [
+        "GET / HTTP/1.1",
+        f"Host: {LOOPBACK}:{port}",
+        "Upgrade: websocket",
+        "Connection: Upgrade",
+        f"Sec-WebSocket-Key: {base64.b64encode(bytes(16)).decode()}",
+        "Sec-WebSocket-Version: 13",
+        f"Sec-WebSocket-Protocol: {SUBPROTOCOL}",
+        f"Origin: http://{LOOPBACK}:{port}",
+    ]
+    with socket.create_connection((LOOPBACK, port)) as stream:
+        stream.sendall("\r\n".join([*lines, "\r\n"]).encode())
+        assert stream.recv(64).startswith(b"HTTP/1.1 101 ")
+        yield
 
 
 def is_let_in(port: int, origin: str | None, name: str = LOOPBACK, **headers: str) -> bool:

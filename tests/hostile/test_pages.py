@@ -10,6 +10,7 @@ import threading
 import tracemalloc
 import zipfile
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from tests.hostile.pages import (  # skips where viser is absent
     drive,
     host,
     is_let_in,
+    silent_page,
     socket_from,
     status,
     until,
@@ -132,6 +134,32 @@ def test_no_other_page_may_lay_itself_over_this_one(shown: Viewer) -> None:
     with socket.create_connection((LOOPBACK, port)) as stream:
         stream.sendall(f"GET / HTTP/1.1\r\nHost: {LOOPBACK}:{port}\r\n\r\n".encode())
         assert b"X-Frame-Options: DENY" in stream.recv(4096)
+
+
+def test_a_page_that_hangs_does_not_keep_the_server_from_ending() -> None:
+    with ExitStack() as browser:
+        with viewer() as page:
+            thread = page.server._websock_server._server_thread
+            browser.enter_context(silent_page(page.server.get_port()))
+        assert thread is not None
+        assert not thread.is_alive()
+
+
+@pytest.mark.slow
+def test_a_notebook_of_this_machine_shows_the_page_and_no_other_site_does(
+    sheet: Any, other_site: int
+) -> None:
+    with viewer() as page:
+        cell = page._repr_html_()
+        for site, is_seen in ((LOOPBACK, True), ("localhost", True), ("evil.example", False)):
+            sheet.goto(f"http://{site}:{other_site}")
+            show = "html => { document.body.innerHTML = html }"
+            if is_seen:
+                sheet.evaluate(show, cell)
+                sheet.frame_locator("iframe").get_by_text("by hand").wait_for()
+            else:
+                with sheet.expect_console_message(lambda message: "frame-ancestors" in message.text):
+                    sheet.evaluate(show, cell)
 
 
 names = st.from_regex(r"[a-z0-9.:_-]{1,30}|\[[0-9a-f:.]{1,20}\]", fullmatch=True) | st.text(max_size=20)

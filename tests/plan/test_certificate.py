@@ -69,6 +69,18 @@ def carrying() -> Plan:
     return b.standing(b.scenario(loads=LOADS))
 
 
+def another(figure: str, value: Any) -> Plan:
+    """Driving with a robot of which a figure is another than asked."""
+    plan = b.driving()
+    return replace(plan, robot=plan.robot.with_values({figure: value}))
+
+
+def between_samples() -> Plan:
+    """Stands in one long interval where a short step was asked for, which no sample meets."""
+    standing = b.standing(b.scenario(horizon=4.0, interval=4.0))
+    return b.asked(standing, interval=0.05, gait={"kind": "schedule", "FL": [[1.75, 1.85]]})
+
+
 drive, turn, step, uneven = b.driving, b.turning, b.stepping, b.stepping_on_an_unequal_mesh
 
 SPOILT: dict[str, list[Callable[[], Plan]]] = {
@@ -82,11 +94,18 @@ SPOILT: dict[str, list[Callable[[], Plan]]] = {
         row: [lambda: b.asked(drive(), loads=LOADS), lambda: b.asked(carrying(), loads={})]
         for row in ("load_mass", "load_place", "load_inertia")
     },
+    "robot": [
+        lambda: another("mass", 100.001),
+        lambda: another("legs.HR.limb.extension", [0.2, 0.8]),
+        lambda: another("legs.FL.force_max", 3000.0),
+        lambda: another("legs.FL.wheel_radius", 0.11),
+    ],
     "finite": [lambda: b.spoilt(drive(), "force", (3, FL, 0), np.nan)],
     "schedule": [
         lambda: b.changed(step(), contact=np.roll(step().schedule.contact.T, 1, axis=0)),
         lambda: b.asked(step(), gait__HL=[[0.5, 1.6]]),
         lambda: b.asked(step(), interval=0.15),
+        between_samples,
     ],
     "position_defect": [
         lambda: b.spoilt(drive(), "base", (5, 1, 1), 1e-3),
@@ -126,6 +145,11 @@ SPOILT: dict[str, list[Callable[[], Plan]]] = {
     ],
     "swing_ground": [lambda: _lifted(step(), HL, np.s_[5, 1], -0.02)],
     "touchdown_speed": [lambda: _lifted(step(), HL, np.s_[14, 2], 0.01)],
+    "touchdown_drift": [
+        lambda: b.asked(
+            b.spoilt(step(b.robot("point")), "foot_xy", (14, 2, HL, 1), 0.01), bounds__touchdown_drift=0.05
+        )
+    ],
     "friction_margin": [
         lambda: b.asked(drive(), ground__friction=0.01),
         lambda: b.spoilt(drive(), "force", (5, HR, 1), -200.0),
@@ -187,7 +211,10 @@ SPOILT: dict[str, list[Callable[[], Plan]]] = {
     ],
     "hip_yaw_margin": [lambda: b.spoilt(drive(), "foot_xy", np.s_[5:8, :, FL], [-0.6, -0.2])],
     "steering_joint_margin": [lambda: b.spoilt(drive(), "heading", np.s_[5:, :, FL], -2.0)],
-    "reach_margin": [lambda: b.spoilt(drive(), "base", np.s_[:, :, 2], 0.15)],
+    "reach_margin": [
+        lambda: b.spoilt(drive(), "base", np.s_[:, :, 2], 0.15),
+        lambda: b.asked(drive(), bounds__reach_margin=0.2),
+    ],
     "radius_margin": [lambda: b.spoilt(drive(), "foot_xy", np.s_[:, :, FL], [-0.2, -0.15])],
     "start_position": [
         lambda: b.asked(drive(), start__x=0.01),

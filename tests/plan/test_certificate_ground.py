@@ -106,6 +106,14 @@ def _block(height: float) -> Terrain:
     )
 
 
+def _jumping() -> Plan:
+    """A foot is 5 cm above the ground as soon as it leaves it, and comes down evenly from there."""
+    plan, height, swing = standing_on_slope(), 0.05, slice(5, 15)
+    falls = height * (1.0 - np.arange(10) / 10)
+    plan = b.spoilt(plan, "foot_z", (swing, HL), falls)
+    return b.spoilt(plan, "lift_rate", (swing, HL), -height / float(plan.schedule.lengths[swing].sum()))
+
+
 slope = standing_on_slope
 
 SPOILT: dict[str, list[Callable[[], Plan]]] = {
@@ -129,6 +137,7 @@ SPOILT: dict[str, list[Callable[[], Plan]]] = {
         lambda: on(b.stepping(), _block(0.03)),
     ],
     "touchdown_speed": [lambda: _moved(slope(), "lift_rate", (14, HL), -0.1)],
+    "foot_defect": [_jumping],
     "contact_place": [
         lambda: _moved(slope(), "ground", (5, FL, 8), 0.3),
         lambda: on(slope(), plane(-SLOPE)),

@@ -20,6 +20,7 @@ from rollgait.robot import LEG_NAMES
 from rollgait.scenario import find_scenario
 from rollgait.view.figures import FIGURES, IMAGE_FORMATS, figure, mark_of, save_figures
 from rollgait.view.motion import SNAPSHOT_SPACING, dense_samples, snapshot_times, swing_times
+from rollgait.view.profile import GROUND_FILL, runs
 from rollgait.view.style import LEG_COLOURS, STYLES
 from tests.library import FLAT
 from tests.view.builders import motion_plan
@@ -230,3 +231,28 @@ def test_drawing_leaves_the_settings_of_matplotlib_alone() -> None:
     before = dict(mpl.rcParams)
     figure(PLANS["wheeled"], "gait", "paper")
     assert dict(mpl.rcParams) == before
+
+
+@pytest.mark.parametrize(
+    "way", [[0.0, 1.0, 0.5, 0.5, 2.0], [0.0, 0.0, -1.0, -1.0], [3.0, 3.0], [0.0, 1.0, 0.0]]
+)
+def test_a_way_is_cut_where_it_turns(way: list[float]) -> None:
+    values = np.array(way)
+    parts = [values[part] for part in runs(values)]
+    assert all((np.diff(part) >= 0.0).all() or (np.diff(part) <= 0.0).all() for part in parts)
+    assert [part[-1] for part in parts[:-1]] == [part[0] for part in parts[1:]]
+    assert sum(len(part) - 1 for part in parts) == len(values) - 1
+
+
+@every_plan
+def test_ground_is_wherever_a_foot_is(plan: Plan) -> None:
+    """Also where it goes and comes back: what is filled twice must not be empty."""
+    s = dense_samples(plan)
+    picture = figure(plan, "profile")
+    for leg, axes in enumerate(picture.axes):
+        fills = [each for each in axes.collections if to_rgb(each.get_facecolor()[0]) == to_rgb(GROUND_FILL)]
+        outlines = [path for fill in fills for path in fill.get_paths()]
+        way = axes.lines[-1].get_xdata()
+        below = 0.5 * (axes.get_ylim()[0] + s.foot_position[:, leg, 2].min())
+        inside = np.linspace(way.min() + 2e-3, way.max() - 2e-3, 40)
+        assert all(any(path.contains_point((x, below)) for path in outlines) for x in inside)

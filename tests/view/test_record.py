@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import http.client
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -53,11 +56,36 @@ def test_what_cannot_be_recorded_is_said(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_viewer_in_a_notebook_is_a_link() -> None:
+def ancestors(viewer: Any) -> tuple[str | None, str | None]:
+    """Which pages may hold the viewer in a frame, as its answer says, in both ways that browsers know."""
+    connection = http.client.HTTPConnection("127.0.0.1", viewer.server.get_port())
+    connection.request("HEAD", "/")
+    headers = connection.getresponse().headers
+    connection.close()
+    return headers["X-Frame-Options"], headers["Content-Security-Policy"]
+
+
+def test_a_viewer_in_a_notebook_is_its_page_and_a_link() -> None:
     viewer = rg.view(motion_plan(rg.find_scenario("wheeled")))
+    try:
+        assert ancestors(viewer) == ("DENY", "frame-ancestors 'none'")
+        html = viewer._repr_html_()
+        option, policy = ancestors(viewer)
+    finally:
+        viewer.close()
+    assert f'href="{viewer.url}"' in html
+    frame = Frames(html)
+    assert (frame.tag, frame.attributes["src"]) == ("iframe", viewer.url)
+    assert option is None
+    hosts = (policy or "").removeprefix("frame-ancestors ").split()
+    assert {urlsplit(host.removesuffix(":*")).hostname for host in hosts} == {"localhost", "127.0.0.1"}
+
+
+def test_a_viewer_that_others_reach_is_a_link_in_a_notebook() -> None:
+    viewer = rg.view(motion_plan(rg.find_scenario("wheeled")), host="0.0.0.0")
     try:
         html = viewer._repr_html_()
     finally:
         viewer.close()
-    assert f'href="{viewer.url}"' in html
-    assert "<iframe" not in html  # its page lets nobody hold it in a frame
+    assert "<iframe" not in html
+    assert 'href="' in html

@@ -11,6 +11,7 @@ from rollgait.cli.arguments import AsJson
 from rollgait.cli.ground_input import ground_from
 from rollgait.cli.output import number, print_json, print_table
 from rollgait.cli.usage import Commands
+from rollgait.errors import InputError
 from rollgait.files import check_writable
 
 if TYPE_CHECKING:
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
 
 ROBOT: Final = "centauro"
 """Whose wheels are meant where neither the file nor the command says it."""
+
+STYLE: Final = "screen"
 
 app = typer.Typer(cls=Commands, rich_markup_mode=None, help="Look at grounds.")
 
@@ -51,7 +54,9 @@ def show(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the map: .png, .pdf or .svg.")
     ] = None,
-    style: Annotated[str, typer.Option(metavar="NAME", help="screen or paper.")] = "screen",
+    style: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Of the picture: screen (if not given) or paper.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Say where a robot can roll and stand on a ground; draw it.
@@ -63,9 +68,13 @@ def show(
     from rollgait.terrain import regions_of
     from rollgait.terrain.facts import extent_of, facts_of
 
+    if out is None and style is not None:
+        raise InputError("--style", style, "is of the picture that --out draws, and there is no --out")
     if out is not None:
         from rollgait.view.figures import require_image_format
+        from rollgait.view.style import find_style
 
+        find_style(style or STYLE)
         require_image_format(out)
         check_writable(out)
     asked, named = ground_from(file, settings or [])
@@ -78,7 +87,7 @@ def show(
     if out is not None:
         from rollgait.view.ground_map import save_ground
 
-        save_ground(regions, (facts.low, facts.high), out, style)
+        save_ground(regions, (facts.low, facts.high), out, style or STYLE)
     if as_json:
         written = None if out is None else str(out)
         print_json({"file": file, "robot": body.name, "picture": written, **facts.to_dict()})

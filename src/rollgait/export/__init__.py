@@ -49,7 +49,8 @@ def write(
     Raises:
         UnknownNameError: there is no such format.
         InputError: the rate is not positive, the format cannot hold this kind of motion or is no bag, there
-            is no such way with meshes, or controllers name joints that there are not.
+            is no such way with meshes, controllers name joints that there are not, or numbers of the motion
+            are none.
         MissingExtraError: the format needs an extra that is not installed.
         FileError: the path cannot be written to.
     """
@@ -61,6 +62,8 @@ def write(
     options = {name: value for name, value in asked.items() if value is not None}
     if options and format not in BAGS:
         raise InputError(next(iter(options)), MISSING, f"is for bags ({', '.join(BAGS)}), not for {format}")
+    if isinstance(motion, Plan):
+        motion.require_numbers()
     module = import_module(f"rollgait.export.{format}")
     written: Path = getattr(module, f"write_{format}")(motion, Path(path), rate, **options)
     return written

@@ -18,7 +18,7 @@ from rollgait.errors import InputError
 from rollgait.mpc.log import MpcLog
 from rollgait.mpc.log_samples import ground_height, samples_of_mpc
 from rollgait.plan.plan import MAX_SAMPLES, Plan
-from rollgait.plan.samples import Array, Samples, rate_of
+from rollgait.plan.samples import Array, Samples, rate_of, way_factor, wheel_angle
 from rollgait.robot.robot import Robot
 from rollgait.ros.topics import LEGS
 from rollgait.simulation.log import SimulationLog
@@ -92,7 +92,7 @@ def sampled(motion: Motion, rate: float) -> Sampled:
 
 def _of_body(s: Samples, robot: Robot, terrain: Terrain) -> Sampled:
     """A single rigid body: its joints are the steering and the wheel of each leg, relative to the base."""
-    angle = wheel_angle(s, robot)
+    angle, factor = _wheel_angle(s, robot), way_factor(s)
     names: list[str] = []
     position: list[Array] = []
     velocity: list[Array] = []
@@ -104,7 +104,7 @@ def _of_body(s: Samples, robot: Robot, terrain: Terrain) -> Sampled:
         if data.foot != "point" and data.wheel_radius is not None:
             names.append(f"{LEGS[leg]}_wheel_joint")
             position.append(angle[:, leg])
-            velocity.append(s.speed[:, leg] / data.wheel_radius)
+            velocity.append(s.speed[:, leg] * factor[:, leg] / data.wheel_radius)
     count = len(s.time)
     turn = Rotation.from_euler("ZYX", s.euler)
     omega = angular_velocity(s.euler.T, s.euler_rate.T).T
@@ -147,7 +147,7 @@ def _of_whole_body(motion: JointTrajectory | SimulationLog, s: Samples, index: N
         joint_position=motion.joint_position[index],
         joint_velocity=motion.joint_velocity[index],
         joint_effort=motion.joint_torque[index],
-        wheel_angle=wheel_angle(s, motion.robot),
+        wheel_angle=_wheel_angle(s, motion.robot),
         terrain=terrain_of(motion),
     )
 
@@ -182,11 +182,8 @@ def terrain_of(motion: Motion) -> Terrain:
     return motion.terrain or Terrain(float(motion.reference.foot_position[..., 2].min()))
 
 
-def wheel_angle(s: Samples, robot: Robot) -> Array:
-    """Angle by which each wheel has turned since the first sample, (n, 4), rad; 0 for point feet."""
-    radius = np.array([leg.wheel_radius or np.inf for leg in robot.leg_list])
-    steps = 0.5 * (s.speed[1:] + s.speed[:-1]) * np.diff(s.time)[:, None]
-    return np.asarray(np.concatenate([np.zeros((1, 4)), np.cumsum(steps, axis=0)]) / radius)
+def _wheel_angle(s: Samples, robot: Robot) -> Array:
+    return wheel_angle(s, [leg.wheel_radius for leg in robot.leg_list])
 
 
 def _nearest(time: Array, rate: float) -> NDArray[np.intp]:

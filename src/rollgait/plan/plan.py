@@ -26,6 +26,7 @@ from rollgait.robot.robot import LEG_NAMES, Robot
 from rollgait.scenario.mesh import Mesh
 from rollgait.scenario.scenario import Scenario
 from rollgait.scenario.schedule import ContactSchedule
+from rollgait.series import check_numbers
 from rollgait.terrain.height_map import HeightMap
 from rollgait.terrain.terrain import MapHeader
 
@@ -254,6 +255,14 @@ class Plan(Shown, Tabular):
         from rollgait.plan.rest import rest_of
 
         return rest_of(self, time, state, delay)
+
+    def require_numbers(self) -> None:
+        """Raises `InputError` if numbers of the motion are none: nobody can draw or export those.
+
+        The last iterate of a solver that failed may have such; it is saved and judged as it is.
+        """
+        arrays = {f"trajectory.{name}": array for name, array in self.trajectory.arrays().items()}
+        check_numbers(arrays, arrays)
 
     def certificate(self) -> Certificate:
         """What is measured of the plan by code that shares nothing with the optimiser (computed once)."""

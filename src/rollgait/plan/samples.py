@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Final
 
@@ -62,6 +63,25 @@ def level_contact(foot_position: Array) -> dict[str, Array]:
     """The fields of contacts on level ground: at the lowest points of the feet, (n, 4, 3), m."""
     up = np.broadcast_to([0.0, 0.0, 1.0], foot_position.shape)
     return {"contact_position": foot_position, "contact_normal": up}
+
+
+def way_factor(samples: Samples) -> Array:
+    """Way of each foot along the ground over its way in the plane, in its heading's direction, (n, 4)."""
+    slope = -samples.contact_normal[..., :2] / samples.contact_normal[..., 2:]
+    climb = slope[..., 0] * np.cos(samples.heading) + slope[..., 1] * np.sin(samples.heading)
+    return np.hypot(1.0, climb)
+
+
+def wheel_angle(samples: Samples, wheel_radius: Sequence[float | None]) -> Array:
+    """Angle by which each wheel has turned since the first sample, (n, 4), rad: v along the ground over R.
+
+    Args:
+        samples: of n times.
+        wheel_radius: R of each, m; None of a foot without a wheel, whose angle is 0.
+    """
+    rate = samples.speed * way_factor(samples) / [radius or np.inf for radius in wheel_radius]
+    turned = 0.5 * (rate[1:] + rate[:-1]) * np.diff(samples.time)[:, None]
+    return np.concatenate([np.zeros((1, len(wheel_radius))), np.cumsum(turned, axis=0)])
 
 
 def rate_of(values: Array, time: Array) -> Array:

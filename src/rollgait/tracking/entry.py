@@ -39,11 +39,13 @@ def track(
 
     Raises:
         NotCertifiedError: the certificate fails, and `force` is not set.
-        InputError: there is no whole-body model of the robot, or it cannot stand as the plan begins.
+        InputError: there is no whole-body model of the robot, it cannot stand as the plan begins, or numbers
+            of the plan are none.
         MissingExtraError: the extra `whole-body` is not installed.
     """
     if waist not in WAISTS:
         raise UnknownNameError("waist", waist, WAISTS)
+    plan.require_numbers()
     if not force:
         refuse_uncertified(plan)
     if whole_body is None:

@@ -11,7 +11,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from rollgait.plan.plan import Plan
-from rollgait.plan.samples import Samples
+from rollgait.plan.samples import Samples, way_factor
 from rollgait.robot.robot import LEG_NAMES
 from rollgait.robot.urdf_model import BASE_V, BodyState, WholeBodyModel, load_model
 from rollgait.robot.whole_body import WholeBody
@@ -107,13 +107,6 @@ def _roll_steps(plan: Plan, samples: Samples, kinematics: InverseKinematics) -> 
     middle = plan.sample(0.5 * (samples.time[1:] + samples.time[:-1]))
     speed = middle.speed * way_factor(middle) + spin(plan, middle)
     return np.asarray(speed * np.diff(samples.time)[:, None] / kinematics.rolling_radius)
-
-
-def way_factor(samples: Samples) -> Array:
-    """Way of each foot along the ground over its way in the plane, in its heading's direction, (n, 4)."""
-    slope = -samples.contact_normal[..., :2] / samples.contact_normal[..., 2:]
-    climb = slope[..., 0] * np.cos(samples.heading) + slope[..., 1] * np.sin(samples.heading)
-    return np.hypot(1.0, climb)
 
 
 def _as_trajectory(plan: Plan, model: WholeBodyModel, samples: Samples, motion: _Motion) -> JointTrajectory:

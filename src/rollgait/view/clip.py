@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.plan.plan import Plan
-from rollgait.plan.samples import Array, Samples
+from rollgait.plan.samples import Array, Samples, wheel_angle
 from rollgait.robot.loads import Wrench
 from rollgait.robot.robot import Robot
 from rollgait.scenario.scenario import Scenario
@@ -123,10 +123,7 @@ class Clip:
     @cached_property
     def wheel_angle(self) -> Array:
         """Angle by which each wheel has turned since the first frame, (n, 4), rad."""
-        radius = np.array([leg.wheel_radius or np.inf for leg in self.robot.leg_list])
-        speed = self.samples.speed
-        steps = 0.5 * (speed[1:] + speed[:-1]) * np.diff(self.time)[:, None]
-        return np.asarray(np.concatenate([np.zeros((1, 4)), np.cumsum(steps, axis=0)]) / radius)
+        return wheel_angle(self.samples, [leg.wheel_radius for leg in self.robot.leg_list])
 
     def with_joints(self, joints: JointTrajectory) -> Clip:
         """The same clip with the whole body that executes it."""
@@ -134,7 +131,8 @@ class Clip:
 
 
 def clip_of_plan(plan: Plan, name: str) -> Clip:
-    """A plan, with the marks of its certificate."""
+    """A plan, with the marks of its certificate. Raises `InputError` if numbers of it are none."""
+    plan.require_numbers()
     scenario, certificate = plan.scenario, plan.certificate()
     begins = [0.0, *(later.at for later in scenario.goal.then)]
     poses = goal_poses(scenario, np.array(begins))

@@ -15,8 +15,9 @@ __all__ = ["view"]
 def view(motion: Any, compare: Any = None, *, host: str = "127.0.0.1", port: int = 0) -> Viewer:
     """Opens the viewer of a motion at `url`, which lives until `close` or the end of the program.
 
-    As the last line of a notebook's cell it is a link to the page. No other page can hold it in a frame, that
-    of a notebook neither: for a motion inside a cell there is `rg.record`.
+    As the last line of a notebook's cell it is the page itself, with a link to it below, where the notebook
+    runs in a browser of this machine; elsewhere the link. It ends with the program: what stays in a notebook
+    that is saved is `rg.record`.
 
     Args:
         motion: a plan, joints, a simulation, a run of the controller, a scenario, or the file of one.

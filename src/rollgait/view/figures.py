@@ -48,7 +48,9 @@ def figure(plan: Plan, name: str, style: str = "screen") -> Figure:
 
     Raises:
         UnknownNameError: there is no such figure or style.
+        InputError: numbers of the motion are none.
     """
+    plan.require_numbers()
     if name not in FIGURES:
         raise UnknownNameError("figure", name, FIGURES)
     look = find_style(style)
@@ -72,6 +74,7 @@ def save_figures(
 
     Raises:
         UnknownNameError: there is no such format or style.
+        InputError: numbers of the motion are none.
         FileError: the folder cannot be written to.
     """
     for image_format in formats:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -38,7 +40,8 @@ def draw_profile(figure: Figure, plan: Plan, style: Style) -> None:
     low, high = _range([s.foot_position[..., 2].ravel(), *(line[:, 2] for line in lines)])
     for leg, (axes, line, colour) in enumerate(zip(panels, lines, LEG_COLOURS, strict=True)):
         way, z = (line[:, :2] - origin) @ direction, line[:, 2]
-        axes.fill_between(way, low, z, color=GROUND_FILL, linewidth=0.0)
+        for part in runs(way):
+            axes.fill_between(way[part], low, z[part], color=GROUND_FILL, linewidth=0.0)
         axes.plot(way, z, color=BASE_COLOUR, lw=0.7 * style.line)
         foot = s.foot_position[:, leg]
         along = (foot[:, :2] - origin) @ direction
@@ -61,6 +64,15 @@ def draw_profile(figure: Figure, plan: Plan, style: Style) -> None:
         loc="outside upper center",
         ncols=3,
     )
+
+
+def runs(way: Array) -> Iterator[slice]:
+    """The parts of a way (n,) that only go ahead or only back: as one area they would take each other out."""
+    steps = np.sign(np.diff(way))
+    moves = np.flatnonzero(steps)
+    turns = moves[1:][np.diff(steps[moves]) != 0.0]
+    for first, last in pairwise([0, *turns.tolist(), len(way) - 1]):
+        yield slice(first, last + 1)
 
 
 def way_of(places: Array) -> tuple[Array, str]:

@@ -14,7 +14,7 @@ import rich
 import viser
 
 from rollgait.errors import InputError
-from rollgait.view.gate.access import LOOPBACK, Access, Site
+from rollgait.view.gate.access import LOOPBACK, Access, Site, is_loopback
 from rollgait.view.gate.connections import Gate, behind
 from rollgait.view.gate.controls import Controls
 from rollgait.view.gate.dress import Dress
@@ -36,7 +36,7 @@ class Server(viser.ViserServer):
     """
 
     def __init__(self, host: str, port: int, title: str) -> None:
-        gate = Gate(Access(Site(host, port)), Dress(title))
+        self._gate = gate = Gate(Access(Site(host, port)), Dress(title))
         self.url = gate.access.url
         """The address that lets a browser in; beyond this machine with a token."""
         with behind(gate):
@@ -47,6 +47,15 @@ class Server(viser.ViserServer):
     def atomic(self) -> AbstractContextManager[None]:
         """What is sent in this block is seen together, or not at all."""
         return self._blocks.block()
+
+    def frame(self) -> bool:
+        """Lets pages of this machine, as a notebook is one, hold the page in a frame from now on.
+
+        Returns:
+            whether they may: not where other machines reach the page.
+        """
+        self._gate.framed = is_loopback(self.get_host())
+        return self._gate.framed
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Refuses: a page must not be able to publish this server."""

@@ -50,6 +50,8 @@ PLOT_EVERY = 3
 """Frames from one value to the next beside the plots while playing: nobody reads faster."""
 ASIDE: Final = 2.0
 """Between a motion and its ghost side by side, in distances of the left from the right feet."""
+FRAME_HEIGHT: Final = 600
+"""Of the page in a notebook, pixels: room for its controls."""
 KEYS: Final = {
     "space": "play, pause",
     "← →": "a frame back, ahead",
@@ -102,7 +104,12 @@ class Viewer:
 
     def _repr_html_(self) -> str:
         said = f"<b>{escape(self.clip.name)}</b>: {escape(self.clip.verdict)}"
-        return f'<p>{said}; <a href="{escape(self.url, quote=True)}" target="_blank">open the viewer</a></p>'
+        url, title = escape(self.url, quote=True), escape(self.clip.name, quote=True)
+        link = f'<p>{said}; <a href="{url}" target="_blank">open the viewer</a></p>'
+        if not self.server.frame():
+            return link
+        style = f"width:100%;height:{FRAME_HEIGHT}px;border:0"
+        return f'<iframe title="{title}" src="{url}" style="{style}"></iframe>{link}'
 
     # -- what is shown --
 

@@ -143,10 +143,15 @@ def _planned_inputs(case: Case) -> Inputs:
 
 
 def _feet_apart(case: Case, difference: Array) -> Array:
-    """(N, K + 1, 4), m. Of feet that stand on ground that is not flat in the plane: their height it gives."""
+    """(N, K + 1, 4), m. Of feet that stand on ground that is not flat in the plane: their height it gives.
+
+    Where a foot leaves the ground its height counts: it rises from where it stood.
+    """
     if case.terrain is not None:
-        difference = difference.copy()
-        difference[..., 2][np.broadcast_to(case.motion.in_stance, difference.shape[:-1])] = 0.0
+        difference, stance = difference.copy(), case.motion.stance
+        on_ground = np.repeat(stance[:, None], SAMPLES + 1, axis=1)
+        on_ground[:-1, -1] &= stance[1:]
+        difference[..., 2][on_ground] = 0.0
     return np.asarray(np.linalg.norm(difference, axis=-1))
 
 

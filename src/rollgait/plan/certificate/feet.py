@@ -97,6 +97,25 @@ def check_swing(case: Case) -> Iterator[Row]:
         where=~np.isnan(touch_down),
         promised=case.has("touchdown_speed"),
     )
+    yield from _check_drift(case, swings)
+
+
+def _check_drift(case: Case, swings: list[SwingPhase]) -> Iterator[Row]:
+    """Point feet are not set down while they fly: the larger component in the last interval of a swing."""
+    limit, motion = case.bound("touchdown_drift"), case.motion
+    lands = np.zeros(motion.stance.shape, dtype=bool)
+    for swing in swings:
+        lands[swing.touch_down - 1, swing.leg] = True
+    yield from measured(
+        "touchdown_drift",
+        "horizontal speed of point feet in the last interval of a swing, from the path",
+        "m/s",
+        np.abs(motion.path_velocity[..., :2]).max(axis=-1),
+        None if limit is None else limit + tol.SPEED_MARGIN,
+        motion.time,
+        where=(lands & case.feet("point"))[:, None],
+        promised=case.has("touchdown_drift"),
+    )
 
 
 def _asked_at_the_middle(case: Case, swing: SwingPhase, middle: int) -> tuple[float, float]:

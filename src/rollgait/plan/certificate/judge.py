@@ -24,11 +24,13 @@ from rollgait.plan.certificate.limits import (
 )
 from rollgait.plan.certificate.loads import check_loads
 from rollgait.plan.certificate.motion import DenseMotion
+from rollgait.plan.certificate.robot import check_robot
 from rollgait.plan.certificate.rows import Certificate, Row, measured
 from rollgait.plan.certificate.skid import check_skid
 from rollgait.plan.certificate.support import check_support
 
 CHECKS: tuple[Callable[[Case], Iterator[Row]], ...] = (
+    check_robot,
     check_loads,
     check_defects,
     check_stance,
@@ -114,6 +116,10 @@ def _check_schedule(case: Case) -> Iterator[Row]:
     wanted = np.moveaxis(asked.contact[:, asked.mesh.interval_at(time)], 0, -1)
     sampled = case.motion.at.contact
     differs = (sampled != case.motion.in_stance) | (sampled != wanted)
+    # what is asked between two samples of a long interval
+    own = case.schedule.mesh.interval_at(asked.mesh.middles)
+    for k, between in zip(own, (case.schedule.contact[:, own] != asked.contact).T, strict=True):
+        differs[k, 0] |= between
     yield from measured(
         "schedule",
         "contacts that are not those of the gait (1: there are some)",

@@ -163,7 +163,7 @@ def check_joints(case: Case) -> Iterator[Row]:
     known = steered if steered.any() else known
     shape = (*time.shape, len(case.legs))
     hip_margin, ankle_margin, extension_margin, radius_margin = np.full((4, *shape), np.nan)
-    guard = np.radians(case.bound("joint_margin_deg") or 0.0)
+    guard, reserve = np.radians(case.bound("joint_margin_deg") or 0.0), case.bound("reach_margin") or 0.0
     for i, leg in enumerate(case.legs):
         if leg.limb is None:
             continue
@@ -171,7 +171,7 @@ def check_joints(case: Case) -> Iterator[Row]:
         hip_margin[..., i] = _inside(hip_yaw, leg.limb.hip_yaw) - guard
         ankle_margin[..., i] = _inside(ankle_yaw, leg.limb.steering_joint) - guard
         extension, radius = reach(leg.limb, case.foot_base[..., i, :], case.up_base)
-        extension_margin[..., i] = _inside(extension, leg.limb.extension)
+        extension_margin[..., i] = _inside(extension, leg.limb.extension) - reserve
         radius_margin[..., i] = radius - leg.limb.radius_min
     steering = case.steers_by_joints
     reaching = bool(case.bound("reach")) and case.has("reach") and bool(known.any())
@@ -187,7 +187,15 @@ def check_joints(case: Case) -> Iterator[Row]:
             steered,
             steering,
         ),
-        ("reach_margin", "leg extension from its limits", "m", extension_margin, length, known, reaching),
+        (
+            "reach_margin",
+            "leg extension from its guarded limits",
+            "m",
+            extension_margin,
+            length,
+            known,
+            reaching,
+        ),
         (
             "radius_margin",
             "distance of feet from the hip axis, above its limit",

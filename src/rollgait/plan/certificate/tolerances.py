@@ -59,7 +59,9 @@ ACCELERATION_MARGIN = 1e-2
 DURATION = 1e-6
 """s; nobody times a motion to a microsecond, and sums of intervals are a thousand times as exact."""
 
-# -- the robot carries what was asked for
+# -- the robot is the one that was asked for, and carries what it should
+FIGURE = 1e-9
+"""SI units, or share of a figure: the last digits of a sum differ from one computer to another."""
 LOAD_MASS = 1e-6
 """kg; both sums are exact but for round-off."""
 LOAD_INERTIA = 1e-6

@@ -28,12 +28,21 @@ from rollgait.view.gate.uploads import UPLOAD_SILENCE
 MESSAGE_MAX: Final = 2**20
 """Largest message of a page, bytes: twice a part of a file."""
 HEADERS: Final = {
-    "X-Frame-Options": "DENY",  # no other page may lay itself over this one
     "Cross-Origin-Resource-Policy": "same-origin",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",  # the address may hold the token
     "Cache-Control": "no-store",
 }
+
+GOODBYE: Final = 0.5
+"""s that a page has to answer as the server ends: one that hangs would hold it up for six."""
+ALONE: Final = {"X-Frame-Options": "DENY", "Content-Security-Policy": "frame-ancestors 'none'"}
+"""No other page may lay itself over this one."""
+IN_NOTEBOOKS: Final = {
+    "Content-Security-Policy": "frame-ancestors http://localhost:* http://127.0.0.1:* "
+    "https://localhost:* https://127.0.0.1:*"
+}
+"""But pages of servers of this machine, which a notebook's is."""
 
 log = logging.getLogger("rollgait")
 quiet = logging.getLogger(f"{__name__}.websockets")
@@ -49,11 +58,13 @@ class Gate:
         access: who may connect.
         dress: of the page; None leaves it as it is.
         controls: of the page; None until there are any, and nothing is heard before.
+        framed: whether pages of this machine may hold the page in a frame.
     """
 
     def __init__(self, access: Access, dress: Dress | None = None) -> None:
         self.access, self.dress = access, dress
         self.controls: Controls | None = None
+        self.framed = False
 
     def refusal(self, connection: Any, request: Request) -> Response | None:
         """The answer to a request that is refused, None if it is not; for `process_request`."""
@@ -135,6 +146,7 @@ def behind(gate: Gate) -> Iterator[None]:
         begun.append(handler)
         options["process_request"] = _answering(gate, options.get("process_request"))
         options |= {"max_size": MESSAGE_MAX, "logger": quiet, "create_connection": gate.connection}
+        options["close_timeout"] = GOODBYE
         return plain(handler, *args, **options)
 
     with _BEGINNING:
@@ -161,7 +173,7 @@ def _answering(gate: Gate, process_request: Callable[[Any, Request], Response | 
         if response is not None and connection.wants_head:
             response.body = b""
         if response is not None:
-            for name, value in HEADERS.items():
+            for name, value in (HEADERS | (IN_NOTEBOOKS if gate.framed else ALONE)).items():
                 response.headers[name] = value
         return response
 
