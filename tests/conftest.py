@@ -1,6 +1,11 @@
-"""No test is about time: how busy the machine is decides nothing."""
+"""No test is about time, and none about luck: a machine that is busy, or another day, decides nothing.
+
+Properties are tried on the same examples in every run. To hunt with others:
+`python -m pytest -m hypothesis --hypothesis-profile=hunt --hypothesis-seed=SEED tests/…`.
+"""
 
 from hypothesis import settings
 
-settings.register_profile("untimed", deadline=None)
-settings.load_profile("untimed")
+settings.register_profile("hunt", deadline=None, derandomize=False)
+settings.register_profile("same", deadline=None, derandomize=True)
+settings.load_profile("same")

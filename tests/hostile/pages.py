@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import base64
 import socket
+import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from http import HTTPStatus
 from typing import Any
 
@@ -15,7 +16,7 @@ import pytest
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 
 import viser
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from rollgait.scenario import find_scenario
@@ -27,6 +28,8 @@ from rollgait.view.viewer import Viewer
 from tests.view.builders import motion_plan
 
 SUBPROTOCOL: Any = f"viser-v{viser.__version__}"
+PATIENCE = 300.0
+"""What comes at all has come by then, s: only a test that fails waits for so long."""
 SCENARIO = find_scenario("wheeled").with_values(
     {"goal": {"x": 0.6}, "horizon": 3.0, "interval": 0.25, "profile": "paper"}
 )
@@ -49,7 +52,7 @@ def drive() -> Iterator[DrivePage]:
 def status(port: int, *headers: tuple[str, str], path: str = "/") -> int:
     """What a plain request is answered; `headers` are all that it has."""
     lines = [f"GET {path} HTTP/1.1", *(f"{name}: {value}" for name, value in headers), "", ""]
-    with socket.create_connection((LOOPBACK, port), timeout=30.0) as stream:
+    with socket.create_connection((LOOPBACK, port), timeout=PATIENCE) as stream:
         stream.sendall("\r\n".join(lines).encode())
         first = stream.makefile("rb").readline()
     return int(first.split()[1])
@@ -64,7 +67,10 @@ def host(port: int, name: str = LOOPBACK) -> tuple[str, str]:
 def socket_from(
     port: int, origin: str | None, name: str = LOOPBACK, **headers: str
 ) -> Iterator[ClientConnection]:
-    """A WebSocket as a page of this origin opens it that knows this machine by this name."""
+    """A WebSocket as a page of this origin opens it that knows this machine by this name.
+
+    What it is told it takes and forgets: a page that takes nothing is held to be dead after a while.
+    """
     asked: Any = origin
     with (
         socket.create_connection((LOOPBACK, port)) as stream,
@@ -74,9 +80,23 @@ def socket_from(
             origin=asked,
             subprotocols=[SUBPROTOCOL],
             additional_headers=headers,
+            open_timeout=PATIENCE,
+            ping_interval=None,
         ) as connection,
     ):
-        yield connection
+        listening = threading.Thread(target=_take_all, args=(connection,))
+        listening.start()
+        try:
+            yield connection
+        finally:
+            connection.close()
+            listening.join()
+
+
+def _take_all(connection: ClientConnection) -> None:
+    with suppress(ConnectionClosed):
+        for _ in connection:
+            pass
 
 
 @contextmanager
@@ -124,7 +144,7 @@ def camera() -> dict[str, Any]:
 
 def until(true: Callable[[], Any]) -> None:
     """Waits until something is true."""
-    end = time.monotonic() + 60.0
+    end = time.monotonic() + PATIENCE
     while not true():
-        assert time.monotonic() < end
+        assert time.monotonic() < end, "it does not happen"
         time.sleep(0.02)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import itertools
 import shutil
 import time
 from collections.abc import Callable, Iterator
@@ -28,10 +29,14 @@ FLAGS = [
 SIZE = {"width": 1100, "height": 700}
 PANEL = 400
 """Width of the page that the controls may cover, pixels."""
-PATIENCE = 60_000
-"""A software renderer on a busy machine is slow; ms."""
+PATIENCE = 300_000
+"""A software renderer on a busy machine is slow, and only a test that fails waits for so long; ms."""
 
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
+DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
+"""Comes when the page has drawn again."""
+MARKS = itertools.count()
+
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
@@ -73,11 +78,27 @@ def centre(mask: NDArray[np.bool_]) -> NDArray[np.float64]:
     return np.array([columns.mean(), rows.mean()])
 
 
-def settled(page: Any, tries: int = 40) -> NDArray[np.float64]:
-    """The picture once it no longer changes."""
+def caught_up(page: Any, server: Any) -> None:
+    """Waits until a page has drawn all that its server has said so far: it takes that in its order."""
+    mark = f"said-until-{next(MARKS)}"
+    handle = server.gui.add_html(f'<span id="{mark}"></span>')
+    page.locator(f"#{mark}").wait_for(state="attached")
+    handle.remove()
+    page.evaluate(DRAWN)
+
+
+def seen(page: Any, server: Any) -> NDArray[np.float64]:
+    """The picture of all that a server has said, once it no longer changes."""
+    caught_up(page, server)
+    return settled(page)
+
+
+def settled(page: Any, tries: int = 100) -> NDArray[np.float64]:
+    """The picture once it no longer changes; whether all has come that is to be seen says `seen`."""
     before = picture(page)
     for _ in range(tries):
         page.wait_for_timeout(400)
+        page.evaluate(DRAWN)
         now = picture(page)
         if np.abs(now - before).max() < 0.02:
             return now
@@ -85,7 +106,7 @@ def settled(page: Any, tries: int = 40) -> NDArray[np.float64]:
     raise AssertionError("the picture does not come to rest")
 
 
-def wait_until(true: Callable[[], bool], seconds: float = 60.0) -> None:
+def wait_until(true: Callable[[], bool], seconds: float = PATIENCE / 1000) -> None:
     """Waits until something is true."""
     end = time.monotonic() + seconds
     while not true():

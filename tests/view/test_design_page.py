@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from tests.view.browser import SIZE, near, needs_chromium, settled, wait_until
+from tests.view.browser import SIZE, near, needs_chromium, seen, wait_until
 
 from rollgait.plan.plan import Plan  # isort: skip  # the line above skips where viser is absent
 from rollgait.scenario import Scenario, find_scenario  # isort: skip
@@ -123,7 +123,7 @@ def test_a_terrain_is_designed_planned_saved_opened_again_and_exported(
     designed = draft().resolved()
 
     press(page, "Plan")
-    wait_until(lambda: viewer.clip.plan is not None, 300.0)
+    wait_until(lambda: viewer.clip.plan is not None)
     page.get_by_text("certified", exact=True).wait_for()
     plan = viewer.clip.plan
     assert plan is not None
@@ -175,7 +175,7 @@ def test_a_handle_drags_goals_and_start_and_parts(page: Any, viewer: Viewer) -> 
     wait_until(lambda: viewer.designer.selected == Selection("part", 0))
     for what in (Selection("goal", 1), Selection("goal", 0), Selection("part", 0), Selection("start")):
         viewer.designer.select(what)
-        settled(page)
+        seen(page, viewer.server)
         before = what.of(viewer.designer.draft.scenario)
         gizmo = viewer.designer.handles.gizmo
         at, ahead = np.array(gizmo.position), matrix_from_quaternion(np.roll(gizmo.wxyz, -1))[:, 0]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.view.browser import centre, near, needs_chromium, settled, wait_until
+from tests.view.browser import centre, near, needs_chromium, seen, wait_until
 
 from rollgait.plan.plan import CandidateResult, Plan  # isort: skip  # the line above skips where viser is absent
 from rollgait.planner import plan  # isort: skip
@@ -82,13 +82,13 @@ def test_who_lets_the_goal_go_sees_how_to_get_there(sheet: Any, viewer: Viewer) 
     panel = viewer.designer.panel
     assert panel.gait.gait.value == "discover"
     assert panel.places.goal.value == (2.2, 0.0, 0.0)
-    x, y = centre(near(settled(sheet), GIZMO_X, 0.25))
+    x, y = centre(near(seen(sheet, viewer.server), GIZMO_X, 0.25))
     sheet.mouse.move(x, y)
     sheet.mouse.down()
     sheet.mouse.move(x - 20, y - 6, steps=6)
     sheet.mouse.move(x - 40, y - 12, steps=6)
     sheet.mouse.up()
-    wait_until(lambda: viewer.clip.name == "my kerb-discover, planned", 180.0)
+    wait_until(lambda: viewer.clip.name == "my kerb-discover, planned")
     sheet.get_by_text("4 steps found").wait_for()
     assert viewer.clip.plan is not None
     assert viewer.clip.plan.scenario.gait.kind == "schedule"

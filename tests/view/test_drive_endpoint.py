@@ -37,7 +37,7 @@ def becomes(hands: Hands, wish: Wish) -> bool:
 
 
 def happens(true: Callable[[], bool]) -> bool:
-    end = time.monotonic() + 10.0
+    end = time.monotonic() + 300.0
     while not true() and time.monotonic() < end:
         time.sleep(0.01)
     return true()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.view.browser import needs_chromium, picture, settled, wait_until
+from tests.view.browser import needs_chromium, picture, seen, wait_until
 
 from rollgait.scenario import find_scenario  # isort: skip  # the line above skips where viser is absent
 from rollgait.terrain import Terrain  # isort: skip
@@ -39,7 +39,7 @@ def test_the_viewer_shows_the_steps_in_their_colours(sheet: Any) -> None:
     try:
         sheet.goto(viewer.url)
         sheet.get_by_text("normal force").wait_for()
-        assert sand(settled(sheet)) < 0.02
+        assert sand(seen(sheet, viewer.server)) < 0.02
         viewer.show(STAIRS)
         wait_until(lambda: sand(picture(sheet)) > 0.05)
     finally:

@@ -22,7 +22,7 @@ def test_a_map_goes_with_its_scenario() -> None:
     solving = Solving(lambda _: None, done.put)
     try:
         assert solving.plan(scenario)
-        outcome = done.get(timeout=55.0)
+        outcome = done.get(timeout=300.0)
         assert outcome.file is not None, outcome.message
         plan = Plan.load(outcome.file)
     finally:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.view.browser import centre, near, needs_chromium, settled
+from tests.view.browser import caught_up, centre, near, needs_chromium, seen, wait_until
 
 from viser import _messages as wire  # isort: skip
 from viser.infra._async_message_buffer import AsyncMessageBuffer  # isort: skip
@@ -41,6 +41,8 @@ SLOW: Final = """(() => {
     window.requestAnimationFrame = draw => window.slow ? drawn(draw) : soon(draw);
 })()"""
 """Once it is slow: three pictures a second, and all that were drawn."""
+PICTURES: Final = 15
+"""Of a motion of 3 s that begins again, three a second: all of its way is seen."""
 APART: Final = 0.015
 """In heights of the picture: a sixth of the way in a third of a second."""
 YELLOW: Final = "#DCC03C"
@@ -78,7 +80,7 @@ def test_every_window_leaves_all_nodes_in_one_frame(loop: asyncio.AbstractEventL
         with blocks.block():
             for node in range(NODES):
                 buffer.push(wire.SetPositionMessage(str(node), (float(frame), 0.0, 0.0)))
-    taking.result(30.0)
+    taking.result(300.0)
     assert len(seen) > 3
     assert all(len(frames) == 1 for frames in seen)
 
@@ -93,10 +95,10 @@ def test_blocks_within_blocks_and_within_the_loop_end(loop: asyncio.AbstractEven
 
     with blocks.block(), blocks.block():
         assert buffer.atomic_counter == 2
-    assert asyncio.run_coroutine_threadsafe(inside(), loop).result(5.0) == 1
+    assert asyncio.run_coroutine_threadsafe(inside(), loop).result(300.0) == 1
     with pytest.raises(ZeroDivisionError), blocks.block():
         _ = 1 / 0
-    assert asyncio.run_coroutine_threadsafe(inside(), loop).result(5.0) == 1
+    assert asyncio.run_coroutine_threadsafe(inside(), loop).result(300.0) == 1
 
 
 @pytest.mark.slow
@@ -113,16 +115,16 @@ def test_a_page_of_three_pictures_a_second_shows_the_base_above_its_feet(sheet: 
         sheet.add_init_script(SLOW)
         sheet.goto(viewer.url)
         sheet.get_by_text("fast").wait_for()
-        settled(sheet)
+        seen(sheet, viewer.server)
         sheet.evaluate("window.slow = true")
         still = []
         for time in np.linspace(0.0, 3.0, 7):
             viewer.timeline.go(float(time))
-            sheet.wait_for_timeout(1200)
+            caught_up(sheet, viewer.server)
             still.append(place_of(sheet.evaluate("window.pictures.at(-1)")))
         sheet.evaluate("window.pictures.length = 0")
         viewer.timeline.play()
-        sheet.wait_for_timeout(6000)
+        wait_until(lambda: sheet.evaluate("window.pictures.length") >= PICTURES)
         viewer.timeline.pause()
         moving = [place_of(each) for each in sheet.evaluate("window.pictures")]
     finally:

@@ -6,18 +6,20 @@ import contextlib
 import errno
 import io
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from typing import Any, Final
 
 import rich
 import viser
+from viser._threadpool_exceptions import print_threadpool_errors
 
 from rollgait.errors import InputError
 from rollgait.view.gate.access import LOOPBACK, Access, Site, is_loopback
 from rollgait.view.gate.connections import Gate, behind
 from rollgait.view.gate.controls import Controls
 from rollgait.view.gate.dress import Dress
+from rollgait.view.in_order import InOrder
 from rollgait.view.whole import Blocks
 
 __all__ = ["LOOPBACK", "PORT", "Server", "check_address", "start_server", "stop_server"]
@@ -39,10 +41,13 @@ class Server(viser.ViserServer):
         self._gate = gate = Gate(Access(Site(host, port)), Dress(title))
         self.url = gate.access.url
         """The address that lets a browser in; beyond this machine with a token."""
+        self.in_order = InOrder()
+        """Does what people do on the page."""
         with behind(gate):
             super().__init__(host=host, port=port, label=title, verbose=False)
         gate.controls = Controls(self.gui)
         self._blocks = Blocks(self._websock_server.get_message_buffer())  # viser tells it in no other way
+        self.gui._thread_executor = self.in_order
 
     def atomic(self) -> AbstractContextManager[None]:
         """What is sent in this block is seen together, or not at all."""
@@ -56,6 +61,23 @@ class Server(viser.ViserServer):
         """
         self._gate.framed = is_loopback(self.get_host())
         return self._gate.framed
+
+    def in_turn(self, action: Callable[..., None], *args: Any) -> None:
+        """Does what somebody asked for when all that was asked for before is done; returns at once."""
+        self.in_order.submit(action, *args).add_done_callback(print_threadpool_errors)
+
+    def beside(self, action: Callable[..., None]) -> Callable[..., None]:
+        """The action in a thread of its own: what takes long must not hold up what people do meanwhile."""
+
+        def begin(*args: Any) -> None:
+            self._thread_executor.submit(action, *args).add_done_callback(print_threadpool_errors)
+
+        return begin
+
+    def stop(self) -> None:
+        """Ends the server, when what people have begun on its page is done."""
+        self.in_order.end()
+        super().stop()
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Refuses: a page must not be able to publish this server."""

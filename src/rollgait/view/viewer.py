@@ -269,12 +269,12 @@ class Viewer:
         with tabs.add_tab("Files"):
             self._files = FilesPanel(
                 gui,
-                self._uploaded,
+                self.server.beside(self._uploaded),
                 self._track,
                 lambda: self._show(self.clip, None),
                 self._save_plan,
                 self._save_scenario,
-                self._send_export,
+                self.server.beside(self._send_export),
             )
 
     # -- design --
@@ -370,24 +370,27 @@ class Viewer:
 
     def plan(self) -> None:
         """Plans the draft, in the background."""
-        draft, panel = self.designer.draft, self.designer.panel
-        if draft.fault:
-            panel.done(draft.fault, good=False)
-        elif self.planning.plan(draft.scenario):
-            self._asked = draft.scenario
-            panel.busy()
-        else:
-            self._again = True  # as soon as the task before is done
+        with self._lock:
+            draft, panel = self.designer.draft, self.designer.panel
+            if draft.fault:
+                panel.done(draft.fault, good=False)
+            elif self.planning.plan(draft.scenario):
+                self._asked = draft.scenario
+                panel.busy()
+            else:
+                self._again = True  # as soon as the task before is done
 
     def _progressed(self, progress: SolvingProgress) -> None:
-        self.designer.panel.progress(progress)
+        with self._lock:
+            self.designer.panel.progress(progress)
 
     def _planned(self, outcome: Outcome) -> None:
         again, self._again = self._again, False
         if again:  # the goal was moved on while it was planned
             self.plan()
         elif outcome.file is None:
-            self.designer.panel.done(outcome.message, good=False, diagnosis=outcome.diagnosis)
+            with self._lock:
+                self.designer.panel.done(outcome.message, good=False, diagnosis=outcome.diagnosis)
         else:
             self._show_planned(Plan.load(outcome.file), outcome.diagnosis)
 
@@ -402,7 +405,8 @@ class Viewer:
         if plan.statistics.discovery:
             steps = sum(1 for _ in plan.schedule.swings())
             said = f"{steps} steps found; {said}" if steps else f"no steps needed; {said}"
-        self.designer.panel.done(said, clip.passed, diagnosis)
+        with self._lock:
+            self.designer.panel.done(said, clip.passed, diagnosis)
         self.timeline.play()
 
     def _track(self) -> None:

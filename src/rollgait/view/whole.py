@@ -8,17 +8,15 @@ loop, which takes messages without a pause, so that it finds none of a block or 
 
 from __future__ import annotations
 
-import asyncio
-import concurrent.futures
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Final
 
+from rollgait.view.event_loop import in_the_loop
+
 TOGETHER_MAX: Final = 4096
 """Messages that are sent at once; a frame of a robot with a hundred links has some hundreds, and viser's 128
 would cut it in two."""
-PATIENCE: Final = 1.0
-"""How long a block waits for an event loop that does not answer, s."""
 
 
 class Blocks:
@@ -42,29 +40,4 @@ class Blocks:
             self._in_the_loop(self._buffer.atomic_end, wait=False)
 
     def _in_the_loop(self, action: Callable[[], None], wait: bool = True) -> None:
-        loop: asyncio.AbstractEventLoop = self._buffer.event_loop
-        if _running() is loop:
-            action()
-            return
-        done: concurrent.futures.Future[None] = concurrent.futures.Future()
-
-        def act() -> None:
-            action()
-            done.set_result(None)
-
-        try:
-            loop.call_soon_threadsafe(act)
-        except RuntimeError:  # the server has stopped: nobody is there to see anything
-            return
-        if wait:
-            try:
-                done.result(PATIENCE)
-            except TimeoutError:  # both ends of the block come in their order nevertheless
-                return
-
-
-def _running() -> asyncio.AbstractEventLoop | None:
-    try:
-        return asyncio.get_running_loop()
-    except RuntimeError:
-        return None
+        in_the_loop(self._buffer.event_loop, action, wait)

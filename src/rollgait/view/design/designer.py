@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import asyncio
 import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
-
-import viser
 
 from rollgait.config import validate
 from rollgait.diagnosis.report import Suggestion
@@ -22,6 +19,7 @@ from rollgait.view.design.handles import Handles, Selection
 from rollgait.view.panels.design.actions import Actions
 from rollgait.view.panels.design.gait import DISCOVER
 from rollgait.view.panels.planning import PlanningPanel
+from rollgait.view.server import Server
 
 OWN: Final = "my "
 """Before the name of a scenario of the library that was changed."""
@@ -45,7 +43,7 @@ class Designer(Actions):
 
     def __init__(
         self,
-        server: viser.ViserServer,
+        server: Server,
         lock: threading.RLock,
         maps: Path,
         scenario: Scenario,
@@ -154,7 +152,7 @@ class Designer(Actions):
         """The handle was dragged: numbers follow at once, the draft when the hand lets go."""
         self.panel.place(what, pose)
         if done:
-            asyncio.get_running_loop().run_in_executor(None, self._let_go, what, pose)
+            self._server.in_turn(self._let_go, what, pose)
 
     def _let_go(self, what: Selection, pose: dict[str, float]) -> None:
         self.change(what.values(pose), what.stroke)

@@ -82,6 +82,7 @@ class Panel:
         self._reset = False
         self._manoeuvre, self._halt = "", False
         self.pull: Vector = NO_FORCE
+        self._pulls: int | None = None
         self.gait = gait
         gui.add_html(pad)  # first: on a phone there is room for little more
         self._status = gui.add_html("")
@@ -232,9 +233,19 @@ class Panel:
             if self._waiting < PUSHES_MAX:
                 self._pushes.append(PushRequest((force * x, force * y, 0.0), PUSH_DURATION))
 
-    def _dragged(self, event: Any) -> None:
-        ended = event.phase == "end"
-        self.pull = NO_FORCE if ended else pull_of(event.start_position, event.end_position, self._force)
+    async def _dragged(self, event: Any) -> None:
+        """In the loop of the server: in threads its updates could overtake the end of a pull.
+
+        Who has begun last pulls. Where a browser is gone, viser says the end of what that has begun.
+        """
+        if event.phase == "start":
+            self._pulls = event.client_id
+        if event.client_id != self._pulls:
+            return
+        if event.phase == "end":
+            self._pulls, self.pull = None, NO_FORCE
+        else:
+            self.pull = pull_of(event.start_position, event.end_position, self._force)
 
     # -- pauses and recordings --
 

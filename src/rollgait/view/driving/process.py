@@ -24,8 +24,9 @@ if TYPE_CHECKING:
     from rollgait.hardware.transports.elsewhere import Line
     from rollgait.hardware.window import Window
 
-ANSWER_WITHIN: Final = 10.0
-"""A loop that does not answer for so long is dead, s: building it anew takes a second or two."""
+ANSWER_WITHIN: Final = 60.0
+"""A loop that does not answer for so long hangs, s: building it anew takes a second or two, on a busy machine
+ten times that. One whose process has ended is known at once."""
 BUILD_WITHIN: Final = 600.0
 """The same for its first answer: kernels may have to be compiled, s."""
 END_WITHIN: Final = 2.0

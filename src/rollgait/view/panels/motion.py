@@ -10,6 +10,7 @@ import viser
 
 from rollgait.view import plots
 from rollgait.view.clip import Clip
+from rollgait.view.in_order import show_values
 from rollgait.view.marks import Mark
 from rollgait.view.timeline import Timeline
 
@@ -90,7 +91,7 @@ class TimePanel:
 
     def follow(self) -> None:
         """Shows the time of the timeline."""
-        self.slider.value = round(self._timeline.time, 3)
+        show_values([(self.slider, round(self._timeline.time, 3))])
         playing = self._timeline.playing
         label = "Pause" if playing else "Play"
         if self.play.label != label:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import viser
 
 from rollgait.scenario.scenario import Scenario
+from rollgait.view.in_order import show_values
 
 Change = Callable[[Mapping[str, Any], str], None]
 """Takes values by their dotted keys, and the stroke."""
@@ -38,8 +39,7 @@ class Fields:
 
     def show(self, scenario: Scenario) -> None:
         """Shows the values of a scenario."""
-        for handle, read in self._bound:
-            put(handle, read(scenario))
+        put_all((handle, read(scenario)) for handle, read in self._bound)
 
     def rebuild(self, state: Any, folder: Any, build: Callable[[], None]) -> None:
         """Makes the controls anew if they are those of another state.
@@ -60,11 +60,17 @@ class Fields:
 
 
 def put(handle: Any, value: Any) -> None:
-    """Shows a value; one that is shown already is not sent again."""
-    if isinstance(value, list):
-        value = tuple(value)
-    if value is not None and handle.value != value:
-        handle.value = value
+    """Shows a value; not over what a person has set there meanwhile."""
+    put_all([(handle, value)])
+
+
+def put_all(values: Iterable[tuple[Any, Any]]) -> None:
+    """Shows values in their controls; None leaves what is there."""
+    show_values(
+        (handle, tuple(value) if isinstance(value, list) else value)
+        for handle, value in values
+        if value is not None
+    )
 
 
 def choose(handle: Any, options: tuple[str, ...], value: str) -> None:
