@@ -17,6 +17,13 @@ HEAVY = {
 """Packages that take more than a few milliseconds to import."""
 
 
+OF_EXTRAS = (
+    *("viser", "trimesh", "websockets", "pinocchio", "mujoco", "daqp", "piqp", "imageio", "mcap", "rosbags"),
+    *("pandas", "xarray", "rasterio", "dask", "pyarrow", "foxglove", "cyclonedds"),
+)
+"""Packages that a plain installation has not."""
+
+
 def loaded_by(code: str, folder: Path | None = None) -> set[str]:
     """The modules that a new process has after `code`."""
     tail = "; import sys; print('\\n' + ' '.join(sys.modules))"
@@ -72,6 +79,22 @@ def test_the_certificate_needs_no_solver(tmp_path: Path) -> None:
     loaded_by(planned, tmp_path)
     loaded = loaded_by(shell("check", "plan.npz"), tmp_path)
     assert not loaded & {"casadi", "scipy"}
+
+
+def test_a_plain_installation_plans_draws_and_exports(tmp_path: Path) -> None:
+    steps = [
+        f"import sys; sys.modules.update(dict.fromkeys({OF_EXTRAS!r}))",
+        shell("plan", "hybrid-forward", "--out", "plan.npz"),
+        shell("check", "plan.npz"),
+        shell("plot", "plan.npz"),
+        shell("export", "plan.npz", "--format", "json", "--out", "plan.json"),
+        shell("ground", "show", "kerb", "--out", "kerb.png"),
+        "import rollgait as rg; plan = rg.Plan.load('plan.npz')",
+        "assert all('<img' in x._repr_html_() for x in (plan, plan.scenario, plan.robot))",
+        "assert plan.certificate()._repr_html_()",
+    ]
+    loaded_by("; ".join(steps), tmp_path)
+    assert len(list((tmp_path / "plan-figures").iterdir())) > 1
 
 
 def test_each_name_is_the_one_that_type_checkers_see() -> None:

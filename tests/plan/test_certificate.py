@@ -155,6 +155,10 @@ SPOILT: dict[str, list[Callable[[], Plan]]] = {
         lambda: b.spoilt(drive(), "force", (5, HR, 1), -200.0),
         lambda: b.spoilt(step(b.robot("point")), "force", (5, HR, 0), 300.0),
     ],
+    "friction_cone": [
+        lambda: b.asked(drive(), ground__friction=0.01, bounds__inscribed=True),
+        lambda: b.spoilt(b.asked(drive(), bounds__inscribed=True), "force", (5, HR, [0, 1]), 100.0),
+    ],
     "force_min_margin": [
         lambda: b.asked(drive(), bounds__force_min=400.0),
         lambda: b.asked(drive(), profile="paper", bounds__force_min=400.0),
@@ -296,6 +300,7 @@ def test_upside_down_and_at_90_degrees_of_pitch_is_judged() -> None:
 
 
 PAPER_LEAVES_OUT = {
+    "friction_cone",
     "touchdown_speed",
     "com_margin",
     "capture_margin",
@@ -343,7 +348,22 @@ def test_what_is_not_promised_does_not_count() -> None:
 )
 def test_a_term_that_is_left_out_promises_nothing(term: str, rows: set[str]) -> None:
     certificate = b.stepping(bounds={"without": [term]}).certificate()
-    assert {row.name for row in certificate.rows if row.verdict == "not promised"} == rows
+    never = {"friction_cone"}  # but with `inscribed`
+    assert {row.name for row in certificate.rows if row.verdict == "not promised"} == rows | never
+
+
+@pytest.mark.parametrize("inscribed", [False, True])
+def test_a_force_at_a_corner_of_the_pyramid_is_told_and_fails_where_the_cone_is_promised(
+    inscribed: bool,
+) -> None:
+    """The paper's pyramid is around Coulomb's cone: at its corners it asks for √2 of what there is."""
+    plan = b.driving(bounds={"inscribed": inscribed})
+    force = plan.trajectory.force
+    corner = np.abs(force[5, HR, 2]) * plan.scenario.ground.friction * 0.9 - force[5, HR, :2]
+    rows = certify(b.spoilt(plan, "force", (5, HR, [0, 1]), corner))
+    cone, pyramid = rows.row("friction_cone"), rows.row("friction_margin")
+    assert cone.worst < 0.0
+    assert (cone.verdict, pyramid.verdict) == (("fail",) * 2 if inscribed else ("not promised", "pass"))
 
 
 def test_the_physics_is_always_promised() -> None:

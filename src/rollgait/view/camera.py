@@ -6,14 +6,16 @@ import contextlib
 import time
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-import viser
 
 from rollgait.plan.samples import Array
 from rollgait.terrain.polygons import plane_of
 from rollgait.view.clip import Clip
+
+if TYPE_CHECKING:  # figures are drawn without it
+    import viser
 
 FIELD_OF_VIEW: Final = np.radians(40.0)
 """Vertical angle of the picture, rad."""

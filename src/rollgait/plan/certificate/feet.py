@@ -163,7 +163,8 @@ def check_forces(case: Case) -> Iterator[Row]:
         force = in_contact_frame(motion.at.force, contacts.normal, heading)
         friction = contacts.friction
     along, across, normal = np.moveaxis(force, -1, 0)
-    mu = case.bound("friction_share") * friction / (np.sqrt(2.0) if case.scenario.bounds.inscribed else 1.0)
+    cone, inscribed = case.bound("friction_share") * friction, bool(case.scenario.bounds.inscribed)
+    mu = cone / np.sqrt(2.0) if inscribed else cone
     yield from measured(
         "friction_margin",
         "friction that is left: μ fz − max(|fx|, |fy|)",
@@ -174,6 +175,18 @@ def check_forces(case: Case) -> Iterator[Row]:
         where=motion.in_stance,
         at_least=True,
         promised=case.has("friction"),
+    )
+    # the paper's pyramid is around the cone: at its corners are forces that no ground gives
+    yield from measured(
+        "friction_cone",
+        "friction that is left in Coulomb's cone: μ fz − √(fx² + fy²)",
+        "N",
+        cone * normal - np.hypot(along, across),
+        -np.sqrt(2.0) * tol.FORCE,
+        motion.time,
+        where=motion.in_stance,
+        at_least=True,
+        promised=case.has("friction") and inscribed,
     )
     limited = case.has("force_limits")
     yield from measured(
