@@ -28,10 +28,11 @@ const release = () => {
 };
 for (const turn of ["pointerdown", "focusin"]) window.addEventListener(turn, release, true);
 })();</script>"""
-"""Viser's page holds back what is set within 50 ms of what was set before, so that a slider says not too much
-while it is dragged. But it has one place for all controls: what is set in another one takes it. A slow page, which takes
-all keys that came while it drew in such a time, shows numbers that it never sends. Here what is held back goes
-as soon as a person turns to something else. Where viser's code is another one, nothing is changed."""
+"""Viser's page holds back what is set within 50 ms of what was set before, so that a slider says not too
+much while it is dragged. But it has one place for all controls: what is set in another one takes it. A slow
+page, which takes all keys that came while it drew in such a time, shows numbers that it never sends. Here
+what is held back goes as soon as a person turns to something else. Where viser's code is another one,
+nothing is changed."""
 LOOK: Final = """<style>
 :root { color-scheme: light dark }
 @media (prefers-color-scheme: dark) {
