@@ -32,6 +32,22 @@ from rollgait.view.clip import clip_of_plan  # isort: skip
 pytestmark = [pytest.mark.slow, needs_chromium]
 
 BASE = find_scenario("wheeled")
+TYPED = {"horizon (s)": ["1", "12"], "steps": ["7", "6"]}
+"""Digit by digit, where one digit alone would be another number."""
+IN_ONE_GO = """(typed) => {
+  const write = Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set;
+  for (const [label, texts] of typed) {
+    const found = [...document.querySelectorAll("label")].find((each) => each.textContent === label);
+    const box = document.getElementById(found.htmlFor);
+    box.focus();
+    for (const text of texts) {
+      write.call(box, text);
+      box.dispatchEvent(new Event("input", { bubbles: true }));
+    }
+  }
+  document.activeElement.blur();
+}"""
+"""As a page does that had something else to do meanwhile."""
 OPEN = "Open a plan, joints, a log or a scenario"
 
 
@@ -327,6 +343,19 @@ def test_a_phone_shows_design_and_goal_in_its_colours(page: Any, viewer: Viewer,
         wait_until(goal_is_seen)  # as soon as it is drawn
     finally:
         phone.close()
+
+
+def test_numbers_that_a_slow_page_takes_in_one_go_all_count(page: Any, viewer: Viewer) -> None:
+    viewer.designer.pick("hybrid-forward")
+    for label in TYPED:
+        page.get_by_label(label, exact=True).locator("visible=true").first.wait_for()
+    page.evaluate(IN_ONE_GO, list(TYPED.items()))
+
+    def all_count() -> bool:
+        draft = viewer.designer.draft.scenario
+        return (draft.horizon, getattr(draft.gait, "steps", 0)) == (12.0, 6)
+
+    wait_until(all_count)
 
 
 def test_keys_are_told(page: Any) -> None:

@@ -14,6 +14,25 @@ PREFERENCE: Final = (
     '{darkMode: matchMedia("(prefers-color-scheme: dark)").matches};</script>'
 )
 """Viser's page reads this when it begins."""
+NOTHING_LOST: Final = r"""<script>(() => {
+const later = window.setTimeout.bind(window), held = new Map();
+const holds = /^\(\)=>\{\w+=null,\w+=!0,\w+&&(\w+)&&\w+\(\1\)\}$/;
+window.setTimeout = (act, ms, ...more) => {
+  if (ms !== 50 || !holds.test(String(act))) return later(act, ms, ...more);
+  const id = later(() => { held.delete(id); act(); }, ms);
+  held.set(id, act);
+  return id;
+};
+const release = () => {
+  while (held.size) for (const [id, act] of [...held]) { held.delete(id); clearTimeout(id); act(); }
+};
+for (const turn of ["pointerdown", "focusin"]) window.addEventListener(turn, release, true);
+})();</script>"""
+"""Viser's page holds back what is set within 50 ms of what was set before, so that a slider says not too
+much while it is dragged. But it has one place for all controls: what is set in another one takes it. A slow
+page, which takes all keys that came while it drew in such a time, shows numbers that it never sends. Here
+what is held back goes as soon as a person turns to something else. Where viser's code is another one,
+nothing is changed."""
 LOOK: Final = """<style>
 :root { color-scheme: light dark }
 @media (prefers-color-scheme: dark) {
@@ -36,7 +55,7 @@ class Dress:
     """
 
     def __init__(self, title: str) -> None:
-        head = f"<title>{escape(title)}</title>{PREFERENCE}{LOOK}"
+        head = f"<title>{escape(title)}</title>{PREFERENCE}{NOTHING_LOST}{LOOK}"
         self._head = head.encode()
         self._made: dict[tuple[bool, int], bytes] = {}
 
