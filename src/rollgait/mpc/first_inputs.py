@@ -58,6 +58,6 @@ def first_inputs(
     motion[:, 0] = np.where(locked, 0.0, np.clip(before + change, -speed, speed))
     motion[:, 1] = np.clip(motion[:, 1], -rate, rate)
     if wanted is not None:
-        motion[~wanted.goes_on] = 0.0
+        motion[wanted.waits] = wanted.landed[wanted.waits]
     # an iterate may violate what no robot shall be asked for; the pyramid reaches √2 beyond the cone
     return within_cone(force, np.sqrt(2.0) * bounds.friction, normals), motion

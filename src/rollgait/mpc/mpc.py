@@ -380,6 +380,13 @@ class Mpc:
             return None
         return self._plans.progress(self._now)
 
+    @property
+    def planned(self) -> RobotState | None:
+        """The robot as the plan that is followed has it now, feet as they are led; None if none is followed."""
+        if self._plans is None or self._follows_from_next:
+            return None
+        return self._plans.path.state(self._plans.progress(self._now).plan_time)
+
     def _forget_plans(self) -> None:
         if self._plans is not None:
             self._plans = None
