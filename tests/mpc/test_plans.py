@@ -240,12 +240,13 @@ def test_a_turned_robot_follows_as_if_it_had_not_turned(loop: ClosedLoop, step: 
     assert ends[1].euler[0] - ends[0].euler[0] == pytest.approx(4.0 * np.pi, abs=1e-6)
 
 
-def test_a_wheel_that_waits_for_the_ground_rolls_on(loop: ClosedLoop, step: rg.Plan) -> None:
+def test_a_wheel_that_has_waited_for_the_ground_rolls_at_once(loop: ClosedLoop, step: rg.Plan) -> None:
+    """It stands over its place meanwhile; it is not sped up from there as if it had stood on the ground."""
     mpc, nothing = loop.mpc, ALL & ~np.eye(4, dtype=bool)[HR]
     planned = PlanPath(step).at(np.array([SWING[1] + PERIOD])).speed[0, HR]
     mpc.follow(step)
     speeds = []
-    while loop.plant.state.time < SWING[1] + 0.3:
+    while not speeds or not mpc.clock.contact(loop.plant.state.time)[HR]:
         now = loop.plant.state
         control, _ = mpc.step(now, VelocityCommand(), nothing)
         loop.plant.step(control)
@@ -253,9 +254,11 @@ def test_a_wheel_that_waits_for_the_ground_rolls_on(loop: ClosedLoop, step: rg.P
         assert isinstance(clock, PlanClock)
         if clock.waiting(now.time)[HR]:
             speeds.append(control.motion[HR, 0])
+    control, _ = mpc.step(loop.plant.state, VelocityCommand(), ALL)
     assert len(speeds) > 5
     assert planned > 0.02
-    np.testing.assert_allclose(speeds, planned, atol=0.2 * planned)
+    assert not any(speeds)
+    assert control.motion[HR, 0] > 0.8 * planned
 
 
 def test_who_leaves_a_plan_is_commanded_again(loop: ClosedLoop, step: rg.Plan) -> None:

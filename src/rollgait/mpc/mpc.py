@@ -650,6 +650,9 @@ class Mpc:
             )
         it.previous[:12] = force.ravel() / fill.robot.weight
         it.previous[12:] = motion[:, 0]
+        if self._wanted is not None:
+            # a wheel that waits has no speed to change: on the ground it rolls at once, as the robot does
+            it.previous[12:] = np.where(self._wanted.waits, self._wanted.landed, motion[:, 0])
         end = self._model.after(state, force, motion, period, self.clock, fill.ground, wrench)
         if self._stands:
             end = self._standing.settle(end, period, tilt)

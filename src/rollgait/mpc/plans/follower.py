@@ -275,7 +275,7 @@ class PlanFollower:
             in_air=in_air,
             force=force,
             waits=waits,
-            landed=landed[0],
+            landed=landed[0, :, 0],
             lead=(now_force[0] - force[0], self._rate * (now_motion[0] - motion[0])),
         )
 
@@ -301,7 +301,7 @@ class PlanFollower:
             in_air=np.zeros((count + 1, 4), dtype=bool),
             force=np.broadcast_to(self.path.static_force(s), (count, 4, 3)),
             waits=np.zeros(4, dtype=bool),
-            landed=np.zeros((4, 2)),
+            landed=np.zeros(4),
             lead=(np.zeros((4, 3)), np.zeros((4, 2))),
             rests=rests,
         )

@@ -24,10 +24,9 @@ class Wanted:
         com_position: that goes with them, (N + 1, 3), m.
         in_air: which feet are to swing at the nodes, (N + 1, 4).
         force: mean of each interval, (N, 4, 3), N.
-        waits: which feet wait for the ground, (4,): hardly anything is left of their swings to find a
-            motion for.
-        landed: motions of feet that have just landed, (4, 2): those that wait move so meanwhile. Wheels roll
-            on with the robot, points go straight down.
+        waits: which feet wait for the ground, (4,): they go straight down, as hardly anything is left of
+            their swings to find a motion for.
+        landed: speeds of feet that have just landed, (4,), m/s: with these, those that waited go on.
         lead: forces (4, 3), N, and motions (4, 2) of now less their means over the first interval: what is
             found for all of it would come early by half of its length.
         rests: whether the robot shall stand where its feet are.
