@@ -382,7 +382,7 @@ class Mpc:
 
     @property
     def planned(self) -> RobotState | None:
-        """The robot as the plan that is followed has it now, feet as they are led; None if none is followed."""
+        """The robot as the plan that is followed has it now, feet as they are led; None if there is none."""
         if self._plans is None or self._follows_from_next:
             return None
         return self._plans.path.state(self._plans.progress(self._now).plan_time)

@@ -20,8 +20,8 @@ STEP: Final = 0.005
 """Between rows of the table, s; linear in between: on the sharpest lift of the library 0.05 mm off."""
 
 HOVER: Final = 0.005
-"""A foot that is to stand where it lands is over that place while it is so high above it, m: joints give way by
-3 mm, and a foot that meets the ground while it still goes on slips, or is left behind."""
+"""A foot that is to stand where it lands is over that place while it is so high above it, m: joints give way
+by 3 mm, and a foot that meets the ground while it still goes on slips, or is left behind."""
 HURRY: Final = 1.25
 """By this factor it goes faster than planned to get there in time, at most: 1.7 makes legs and body swing."""
 BRAKING: Final = 0.1
