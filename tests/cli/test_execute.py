@@ -53,6 +53,8 @@ def test_a_person_reads_what_became_of_it(files: list[str], capsys: pytest.Captu
         (["--plant", "paper"], "valid: rigid, mujoco"),
         (["--payload", "5kg"], "has no payload"),
         (["--push", "hard"], "push"),
+        (["--push", "50N@2.3s"], "push: '50N@2.3s' must begin within [0, 2.3) s"),
+        (["--push", "50N/3s"], "must push more often than every 2.3 s"),
         (["--estimator", "psychic"], "estimator"),
     ],
 )

@@ -105,6 +105,8 @@ WRONG = {
     ("--push", "100"): "push: '100' must be FORCE@START",
     ("--push", "100N/0s"): "push: '100N/0s' must hold positive numbers",
     ("--push", "50N:z@3s"): "push: '50N:z@3s'",
+    ("--duration", "3", "--push", "50N@3s"): "push: '50N@3s' must begin within [0, 3) s",
+    ("--duration", "3", "--push", "50N/3s"): "must push more often than every 3 s",
     ("--estimator", "exact"): "estimator: 'exact' is not known; valid: ",
     ("--horizon", "0"): "horizon: 0.0 must be greater than 0",
     ("--interval", "1e-5"): "interval",

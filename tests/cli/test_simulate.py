@@ -101,6 +101,7 @@ def test_a_plan_that_is_not_certified_is_executed_only_by_force(
         (["text.npz"], "neither a plan nor"),
         (["other.npz"], "neither a plan nor"),
         (["PLAN", "--push", "50"], "50N@3s"),
+        (["PLAN", "--push", "50N@99s"], "must begin within [0, "),
         (["PLAN", "--payload", "heavy"], "5kg"),
         (["PLAN", "--friction", "0"], "friction"),
         (["PLAN", "--friction", "slippery"], "0.6"),

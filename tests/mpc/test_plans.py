@@ -15,7 +15,7 @@ from rollgait.mpc.execution import Execution, execute
 from rollgait.mpc.loop import ClosedLoop
 from rollgait.mpc.mpc import Mpc
 from rollgait.mpc.plans.clock import LATE_MAX, PlanClock
-from rollgait.mpc.plans.path import PlanPath
+from rollgait.mpc.plans.path import HOVER, PlanPath, PlanSwing
 from rollgait.mpc.plants.rigid import RigidPlant
 from rollgait.mpc.script import TimedPush
 from tests.mpc.conftest import PATIENT
@@ -33,6 +33,13 @@ def step() -> rg.Plan:
     """A step of a hind foot on a short way."""
     gait = {"kind": "schedule", "HR": [SWING]}
     return rg.plan(rg.Scenario(robot="centauro", goal={"x": 0.12}, horizon=2.4, gait=gait))
+
+
+@pytest.fixture(scope="module")
+def walked() -> rg.Plan:
+    """A step of a hind foot of a robot whose wheels are locked."""
+    gait = {"kind": "schedule", "HR": [SWING], "wheels": "locked"}
+    return rg.plan(rg.Scenario(robot="centauro", goal={"x": 0.08}, horizon=2.4, gait=gait))
 
 
 @pytest.fixture(scope="module")
@@ -89,6 +96,42 @@ def test_a_plan_carries_the_robot_on_the_whole(step: rg.Plan) -> None:
     """Its mean force is its change of momentum and its weight."""
     force = PlanPath(step).means(np.array([0.0, step.horizon]))[0][0].sum(axis=0)
     np.testing.assert_allclose(force, [0.0, 0.0, step.robot.weight], atol=1e-3 * step.robot.weight)
+
+
+def swing_of(path: PlanPath, plan: rg.Plan) -> tuple[PlanSwing, np.ndarray]:
+    """The first swing of a plan, and times within it."""
+    swing = path.swings[0]
+    return swing, np.linspace(swing.lift_off, swing.touch_down, 161)
+
+
+def test_feet_that_stand_where_they_land_are_there_before_they_touch_the_ground(walked: rg.Plan) -> None:
+    path = PlanPath(walked)
+    swing, times = swing_of(path, walked)
+    foot = path.at(times).foot_position[:, swing.leg]
+    low = (times > 0.5 * (swing.lift_off + swing.touch_down)) & (foot[:, 2] - swing.foothold[2] < 0.9 * HOVER)
+    assert low.sum() > 10
+    np.testing.assert_allclose(foot[low, :2], np.tile(swing.foothold[:2], (low.sum(), 1)), atol=1e-3)
+    own = walked.sample(times).foot_position[:, swing.leg]
+    assert np.linalg.norm(own[low, :2] - swing.foothold[:2], axis=1).max() > 5e-3  # planned, they still go on
+    np.testing.assert_allclose(foot[:, 2], own[:, 2], atol=1e-4)
+
+
+def test_such_feet_keep_to_the_planned_way(walked: rg.Plan) -> None:
+    path = PlanPath(walked)
+    swing, times = swing_of(path, walked)
+    foot = path.at(times).foot_position[:, swing.leg, :2]
+    way = walked.sample(np.linspace(swing.lift_off, swing.touch_down, 2001)).foot_position[:, swing.leg, :2]
+    away = np.linalg.norm(foot[:, None] - way, axis=2)
+    assert away.min(axis=1).max() < 5e-4
+    assert (np.diff(np.argmin(away, axis=1)) >= 0).all()  # and never go back
+
+
+def test_their_motions_are_those_of_their_places(walked: rg.Plan) -> None:
+    path = PlanPath(walked)
+    swing, times = swing_of(path, walked)
+    moved = np.cumsum(np.diff(times)[:, None] * path.means(times)[1][:, swing.leg], axis=0)
+    foot = path.at(times).foot_position[:, swing.leg, :2]
+    np.testing.assert_allclose(moved, foot[1:] - foot[0], atol=1e-3)
 
 
 # -- the clock -------------------------------------------------------------------------------------------
@@ -195,6 +238,27 @@ def test_a_turned_robot_follows_as_if_it_had_not_turned(loop: ClosedLoop, step: 
         ends.append(plant.state)
     np.testing.assert_allclose(ends[0].com_position, ends[1].com_position, atol=1e-6)
     assert ends[1].euler[0] - ends[0].euler[0] == pytest.approx(4.0 * np.pi, abs=1e-6)
+
+
+def test_a_wheel_that_has_waited_for_the_ground_rolls_at_once(loop: ClosedLoop, step: rg.Plan) -> None:
+    """It stands over its place meanwhile; it is not sped up from there as if it had stood on the ground."""
+    mpc, nothing = loop.mpc, ALL & ~np.eye(4, dtype=bool)[HR]
+    planned = PlanPath(step).at(np.array([SWING[1] + PERIOD])).speed[0, HR]
+    mpc.follow(step)
+    speeds = []
+    while not speeds or not mpc.clock.contact(loop.plant.state.time)[HR]:
+        now = loop.plant.state
+        control, _ = mpc.step(now, VelocityCommand(), nothing)
+        loop.plant.step(control)
+        clock = mpc.clock
+        assert isinstance(clock, PlanClock)
+        if clock.waiting(now.time)[HR]:
+            speeds.append(control.motion[HR, 0])
+    control, _ = mpc.step(loop.plant.state, VelocityCommand(), ALL)
+    assert len(speeds) > 5
+    assert planned > 0.02
+    assert not any(speeds)
+    assert control.motion[HR, 0] > 0.8 * planned
 
 
 def test_who_leaves_a_plan_is_commanded_again(loop: ClosedLoop, step: rg.Plan) -> None:

@@ -76,6 +76,7 @@ BAD = {
     "duration: 1\ngait: gallop\ncommands: [{command: {kind: velocity}}]": "gallop",
     "duration: 9\ncommands: [{at: 2, command: {kind: velocity}}, {command: {kind: velocity}}]": "order",
     "duration: 1\ncommands: [{command: {kind: velocity}}]\npushes: [{at: 1, force: [1, 2]}]": "force",
+    "duration: 1\ncommands: [{command: {kind: velocity}}]\npushes: [{at: 1, force: [3, 4, 0]}]": "5N@1s",
     "[1, 2]": "mapping",
 }
 

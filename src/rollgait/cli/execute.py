@@ -87,6 +87,7 @@ def execute(
     reach = reach_if(bridge, domain, foxglove, foxglove_port)
     from rollgait.cli.mpc_input import pushes_from
     from rollgait.mpc.execution import execute as execute_plans
+    from rollgait.mpc.execution import run_length
     from rollgait.plan.plan import Plan
     from rollgait.tracking.entry import refuse_uncertified
 
@@ -95,7 +96,7 @@ def execute(
         for plan in loaded:
             refuse_uncertified(plan)
     planned = sum(plan.horizon for plan in loaded)
-    pushes = [one for text in push or () for one in pushes_from(text, planned, seed)]
+    pushes = [one for text in push or () for one in pushes_from(text, run_length(loaded), seed)]
     disturbed = (payload, friction, radius_error, latency)
     with (
         opened(reach, quiet=as_json) as others,

@@ -15,7 +15,7 @@ from rollgait.mpc.footwork import ANYWHERE, Footwork
 from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.script import RandomScript, Script, TimedCommand, TimedPush, script_of
 from rollgait.mpc.settings import MpcSettings
-from rollgait.plant.disturbances import PUSH_DURATION, Push
+from rollgait.plant.disturbances import PUSH_DURATION, Push, check_begins
 from rollgait.robot.robot import Robot
 from rollgait.scenario import Scenario, find_scenario, scenario_names
 
@@ -61,7 +61,9 @@ def asked_from(
     asked = _commands(text, duration, seed)
     script = asked.script
     if duration is not None:
-        script = script.model_copy(update={"duration": duration})
+        # who cuts a script short wants what is in it until then
+        kept = tuple(push for push in script.pushes if push.at < duration)
+        script = script.model_copy(update={"duration": duration, "pushes": kept})
     if gait is not None:
         script = _in_gait(script, gait)
     more = [push for text in pushes for push in pushes_from(text, script.duration, seed)]
@@ -88,7 +90,16 @@ def first_gait(asked: Asked, robot: Robot) -> str:
 
 
 def pushes_from(text: str, duration: float, seed: int) -> list[TimedPush]:
-    """`100N@5s` as for `rollgait simulate`, or `100N/5s`: every 5 s, in random directions."""
+    """`100N@5s` as for `rollgait simulate`, or `100N/5s`: every 5 s, in random directions.
+
+    Args:
+        text: one of both.
+        duration: of the run, s: pushes begin before its end.
+        seed: of the directions.
+
+    Raises:
+        InputError: it is neither, or there would be no push in the run.
+    """
     every = _EVERY.fullmatch(text.strip())
     if every is not None:
         force, period, length = (parse_value(part) if part else PUSH_DURATION for part in every.groups())
@@ -98,7 +109,10 @@ def pushes_from(text: str, duration: float, seed: int) -> list[TimedPush]:
             )
         except InputError as error:
             raise InputError("push", text, f"must hold positive numbers: {error}") from None
-        return list(random.script().pushes)
+        if not (pushes := random.script().pushes):
+            rule = f"must push more often than every {duration:g} s: then the run ends"
+            raise InputError("push", text, rule)
+        return list(pushes)
     try:
         push = Push.parse(text)
     except InputError as error:
@@ -106,6 +120,7 @@ def pushes_from(text: str, duration: float, seed: int) -> list[TimedPush]:
             raise
         rule = "must be FORCE@START, e.g. 100N@5s or 50N:-y@3s:0.2s, or FORCE/TIME for a push so often"
         raise InputError("push", text, f"{rule}, e.g. 100N/5s") from None
+    check_begins(push.start, duration, text)
     return [TimedPush(at=push.start, force=push.vector, duration=push.duration)]
 
 

@@ -75,6 +75,9 @@ def run(
     folder = out or Path(f"{name}-run")
     check_writable(folder / REPORT)
     _require_whole_body(asked, whole_body)
+    from rollgait.simulation.run import STANDING
+
+    given.check_begins(asked.horizon + STANDING)  # before the plan, not after it
     refuse_other_plan(folder / PLAN, asked, overwrite)
     if video:
         from rollgait.simulation.video import check_video

@@ -42,6 +42,11 @@ class TimedSwing:
         """Where it must land, (2,), m; None where that is open."""
         return None
 
+    @property
+    def sunk(self) -> float:
+        """By how much it may be below the ground as it is known, m: it has not found that there."""
+        return 0.0
+
     def over(self, times: Array, begin: float, top: float, end: float) -> tuple[Array, Array]:
         """z of the foot and its rate at times within the swing, (n,), m and m/s.
 

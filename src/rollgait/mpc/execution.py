@@ -172,6 +172,11 @@ def _one_after_the_other(plans: Sequence[Plan]) -> tuple[Wrench, ...]:
     return tuple(wrenches)
 
 
+def run_length(plans: Sequence[Plan]) -> float:
+    """How long a run of plans lasts, the stand at its end included, if none is late, s."""
+    return sum(plan.horizon for plan in plans) + SETTLING
+
+
 def execute(
     plans: Sequence[Plan],
     loop: ClosedLoop,
@@ -185,14 +190,17 @@ def execute(
         plans: each begins where the one before ends, the first where the robot is.
         loop: controller and plant, on the plans' ground.
         watch: called after each step with the time, s; ends the run if it returns True.
-        pushes: of the base, in any order.
+        pushes: of the base, in any order; they begin before the end of the run.
         replan: whether plans that no longer fit are replaced, planned by a process in the background.
 
     Raises:
-        InputError: there is no plan, one is of another robot, or begins elsewhere.
+        InputError: there is no plan, one is of another robot, or begins elsewhere; or a push begins after the
+            end.
     """
     if not plans:
         raise InputError("plans", [], "must be at least one plan")
+    for push in pushes:
+        push.check_begins(run_length(plans))
     loop.mpc.follow(*plans)
     run = _Run(plans, loop, watch, pushes)
     if not replan:

@@ -51,13 +51,13 @@ def first_inputs(
     locked = contact & (clock.locked(now) | ~fill.rolls)
     motion[locked] = 0.0
     motion[contact & ~fill.steers, 1] = 0.0  # no wheel slips sideways
-    before = np.zeros(4) if previous is None else previous.motion[:, 0]
+    before = np.zeros(4) if previous is None else iterate.previous[12:]
     limit = period * np.where(contact, bounds.acceleration_max, fill.swing_acceleration)
     change = np.clip(motion[:, 0] - before, -limit, limit)
     speed, rate = fill.speed_limit, fill.second_limit
     motion[:, 0] = np.where(locked, 0.0, np.clip(before + change, -speed, speed))
     motion[:, 1] = np.clip(motion[:, 1], -rate, rate)
     if wanted is not None:
-        motion[~wanted.goes_on] = 0.0
+        motion[wanted.waits] = 0.0
     # an iterate may violate what no robot shall be asked for; the pyramid reaches √2 beyond the cone
     return within_cone(force, np.sqrt(2.0) * bounds.friction, normals), motion

@@ -380,6 +380,13 @@ class Mpc:
             return None
         return self._plans.progress(self._now)
 
+    @property
+    def planned(self) -> RobotState | None:
+        """The robot as the plan that is followed has it now, feet as they are led; None if there is none."""
+        if self._plans is None or self._follows_from_next:
+            return None
+        return self._plans.path.state(self._plans.progress(self._now).plan_time)
+
     def _forget_plans(self) -> None:
         if self._plans is not None:
             self._plans = None
@@ -643,6 +650,9 @@ class Mpc:
             )
         it.previous[:12] = force.ravel() / fill.robot.weight
         it.previous[12:] = motion[:, 0]
+        if self._wanted is not None:
+            # a wheel that waits has no speed to change: on the ground it rolls at once, as the robot does
+            it.previous[12:] = np.where(self._wanted.waits, self._wanted.landed, motion[:, 0])
         end = self._model.after(state, force, motion, period, self.clock, fill.ground, wrench)
         if self._stands:
             end = self._standing.settle(end, period, tilt)

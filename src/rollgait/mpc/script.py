@@ -16,6 +16,7 @@ from rollgait.errors import InputError
 from rollgait.mpc.command import Command, PoseCommand, VelocityCommand
 from rollgait.mpc.gaits import find_gait
 from rollgait.mpc.reference import TURN_CRUISE
+from rollgait.plant.disturbances import check_begins
 from rollgait.scenario.scenario import Goal, LaterGoal, Scenario
 
 Array = NDArray[np.float64]
@@ -43,6 +44,10 @@ class TimedPush(Config):
     duration: Positive = 0.2
     """s."""
 
+    def check_begins(self, end: float) -> None:
+        """Raises `InputError` if it begins after a run has ended, at `end`, s."""
+        check_begins(self.at, end, f"{np.hypot(*self.force[:2]):g}N@{self.at:g}s")
+
 
 class Script(Config):
     """What happens to the robot: commands in the order of time, and pushes."""
@@ -54,7 +59,7 @@ class Script(Config):
     commands: tuple[TimedCommand, ...]
     """The first holds from the beginning."""
     pushes: tuple[TimedPush, ...] = ()
-    """In any order; they may overlap."""
+    """In any order; they may overlap. Each begins before the end."""
 
     @classmethod
     def from_yaml(cls, path: str | Path) -> Script:
@@ -72,6 +77,8 @@ class Script(Config):
             raise InputError("commands", times, "must be in the order of their times")
         for timed in self.commands:
             timed.command.check()
+        for push in self.pushes:
+            push.check_begins(self.duration)
         VelocityCommand(gait=self.gait).check()
 
     def command_at(self, time: float) -> VelocityCommand | PoseCommand:

@@ -75,6 +75,21 @@ class Push(Config):
         return f"{self.force!r}N:{self.direction_deg!r}deg@{self.start!r}s:{self.duration!r}s"
 
 
+def check_begins(start: float, end: float, text: str) -> None:
+    """Refuses a push that begins when a run is over: nobody would feel it.
+
+    Args:
+        start: of the push, s.
+        end: of the run, s.
+        text: the push, as a message shows it.
+
+    Raises:
+        InputError: it does not begin before the end.
+    """
+    if start >= end:
+        raise InputError("push", text, f"must begin within [0, {end:g}) s: then the run ends")
+
+
 class Payload(Config):
     """A point mass on the base link that the plan does not know of."""
 
@@ -116,6 +131,11 @@ class Disturbances(Config):
     own damping is not delayed."""
     slope_deg: Slope = 0.0
     """By how much the ground rises along x, degrees. The world frame lies in the ground."""
+
+    def check_begins(self, end: float) -> None:
+        """Raises `InputError` for a push that begins after a run has ended, at `end`, s."""
+        for push in self.pushes:
+            check_begins(push.start, end, str(push))
 
 
 _UNITS: Final = {

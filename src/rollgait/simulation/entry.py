@@ -46,7 +46,8 @@ def simulate(
 
     Raises:
         NotCertifiedError: the plan's certificate fails, and `force` is not set.
-        InputError: there is no whole-body model of the robot, or an argument breaks a rule.
+        InputError: there is no whole-body model of the robot, an argument breaks a rule, or a push begins
+            after the end.
         MissingExtraError: the extra `whole-body` is not installed.
     """
     if wheels not in WHEEL_MODES:
@@ -55,16 +56,17 @@ def simulate(
         import mujoco  # noqa: F401
     except ImportError:
         raise MissingExtraError("simulating a plan", EXTRA) from None
+    from rollgait.simulation.run import STANDING, run
+
+    disturbances = disturbances or Disturbances()
+    length = motion.horizon if isinstance(motion, Plan) else float(motion.time[-1])
+    disturbances.check_begins(length + STANDING)
     joints = track(motion, force=force, whole_body=whole_body) if isinstance(motion, Plan) else motion
     if whole_body is None:
         body = find_whole_body(joints.robot)
     else:
         body = whole_body if isinstance(whole_body, WholeBody) else load_whole_body(whole_body)
         body = equipped(body, joints.robot)
-    from rollgait.simulation.run import run
-
     if terrain is None and joints.terrain is not None and not joints.terrain.is_flat:
         terrain = joints.terrain
-    return run(
-        joints, body, disturbances or Disturbances(), feedback=feedback, wheels=wheels, terrain=terrain
-    )
+    return run(joints, body, disturbances, feedback=feedback, wheels=wheels, terrain=terrain)

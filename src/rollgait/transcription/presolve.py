@@ -123,7 +123,7 @@ class Presolve:
         rows = entries.all_rows
         while (single := entries.singles(rows)).size:
             touched = [self._take(number, part) for number, part in entries.by_block(single)]
-            variables = np.unique(np.concatenate(touched))
+            variables = _distinct(np.concatenate(touched), self._known.size)
             rows = self._fix(variables[self._is_fixed(variables)])
 
     def _fix(self, variables: Index) -> Index:
@@ -227,7 +227,7 @@ class _Entries:
         np.subtract.at(self._count, row, 1)
         np.subtract.at(self._bends, row, self._bent[entry].astype(np.intp))
         np.subtract.at(self._sum, row, entry)
-        return np.unique(row)
+        return _distinct(row, self._count.size)
 
     def singles(self, rows: Index) -> Index:
         """The entries that are the only free ones of their rows, linear; the rows are done with then."""
@@ -246,6 +246,13 @@ class _Entries:
         """Which rows of a block read a free variable, (n_rows, count)."""
         part = self._count[self._begins[number] : self._begins[number + 1]]
         return np.asarray(part.reshape(self._shapes[number]) > 0)
+
+
+def _distinct(numbers: Index, size: int) -> Index:
+    """Numbers below `size`, each once, rising. (`np.unique` loads masked arrays, which nobody needs here.)"""
+    marked = np.zeros(size, dtype=bool)
+    marked[numbers] = True
+    return np.flatnonzero(marked)
 
 
 class _StageValues:

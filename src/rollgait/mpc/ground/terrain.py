@@ -98,7 +98,7 @@ class TerrainGround:
             own, own_rate = landing.profile(swing, times[inside])
             half = 0.5 * (swing.touch_down - swing.lift_off)
             nearer = np.minimum(times[inside] - swing.lift_off, swing.touch_down - times[inside]) / half
-            least = surface[inside, swing.leg] + KEPT_OVER * minimum_jerk(nearer)[0]
+            least = surface[inside, swing.leg] - swing.sunk + KEPT_OVER * minimum_jerk(nearer)[0]
             z[inside, swing.leg], rate[inside, swing.leg] = np.maximum(own, least), own_rate
         return z, rate
 

@@ -47,6 +47,10 @@ class FollowedSwing(TimedSwing):
     def foothold(self) -> Array:
         return self.planned.foothold[:2]
 
+    @property
+    def sunk(self) -> float:
+        return SINK_RATE * self.waited
+
     def lands_early(self, time: float) -> bool:
         """Whether a foot that touches the ground at a time has landed."""
         own = self.planned
@@ -64,7 +68,7 @@ class FollowedSwing(TimedSwing):
         edges = np.array([own.lift_off, own.touch_down])
         (from_z, to_z), _ = self.path.foot_height(own.leg, edges)
         z, rate = self.path.foot_height(own.leg, own.lift_off + passed * (own.touch_down - own.lift_off))
-        begin, end = begin - from_z, end - to_z - SINK_RATE * self.waited
+        begin, end = begin - from_z, end - to_z - self.sunk
         return z + (1.0 - passed) * begin + passed * end, rate * stretch + (end - begin) / length
 
     def _going_on(self, times: Array, end: float) -> tuple[Array, Array]:
@@ -75,7 +79,7 @@ class FollowedSwing(TimedSwing):
         passed, stretch = (times - begin) / length, own.touch_down / length
         (to_z,), _ = self.path.foot_height(own.leg, np.array([own.touch_down]))
         z, rate = self.path.foot_height(own.leg, passed * own.touch_down)
-        gap = end - to_z - SINK_RATE * self.waited
+        gap = end - to_z - self.sunk
         return z + np.clip(passed, 0.0, 1.0) * gap, rate * stretch + gap / length
 
 

@@ -257,7 +257,10 @@ class PlanFollower:
         waits = self.clock.waiting(state.time)
         own_edges: Array = np.asarray(edges if rate.min() == 1.0 else s + steps)
         force, motion = self.path.means(own_edges)
-        now_force, now_motion = self.path.means(s + np.array([0.0, min(self._period, interval)]))
+        period = min(self._period, interval)
+        now_force, now_motion = self.path.means(s + np.array([0.0, period]))
+        # a foot begins to wait within a period of its touch-down
+        _, landed = self.path.means(s + period + np.array([0.0, period]))
         away = pose[:2, 0] - state.com_position[:2]
         distance = float(np.hypot(*away))
         if distance > LEASH:
@@ -271,7 +274,8 @@ class PlanFollower:
             com_position=rows.com_position,
             in_air=in_air,
             force=force,
-            goes_on=~waits,
+            waits=waits,
+            landed=landed[0, :, 0],
             lead=(now_force[0] - force[0], self._rate * (now_motion[0] - motion[0])),
         )
 
@@ -296,7 +300,8 @@ class PlanFollower:
             com_position=rows.com_position,
             in_air=np.zeros((count + 1, 4), dtype=bool),
             force=np.broadcast_to(self.path.static_force(s), (count, 4, 3)),
-            goes_on=np.ones(4, dtype=bool),
+            waits=np.zeros(4, dtype=bool),
+            landed=np.zeros(4),
             lead=(np.zeros((4, 3)), np.zeros((4, 2))),
             rests=rests,
         )

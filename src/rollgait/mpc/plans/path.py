@@ -19,6 +19,14 @@ Array = NDArray[np.float64]
 STEP: Final = 0.005
 """Between rows of the table, s; linear in between: on the sharpest lift of the library 0.05 mm off."""
 
+HOVER: Final = 0.005
+"""A foot that is to stand where it lands is over that place while it is so high above it, m: joints give way
+by 3 mm, and a foot that meets the ground while it still goes on slips, or is left behind."""
+HURRY: Final = 1.25
+"""By this factor it goes faster than planned to get there in time, at most: 1.7 makes legs and body swing."""
+BRAKING: Final = 0.1
+"""In so long it comes to rest there, s: an interval of most plans, by which speeds of theirs change, too."""
+
 _ROUND_OFF: Final = 1e-9
 
 
@@ -86,6 +94,9 @@ _MOTION: Final = ("com_velocity", "euler_rate", "lift_rate", "speed")
 class PlanPath:
     """A plan by its own time s: 0 at its beginning.
 
+    Feet that stand where they land are led ahead of the plan over the ground once they sink, not in height:
+    they come down where they land, and pass each place on their way higher up than planned.
+
     Args:
         plan: the plan.
 
@@ -109,22 +120,19 @@ class PlanPath:
         parts = {name: getattr(samples, name) for name in _COLUMNS if name != "lift_rate"}
         parts["lift_rate"] = samples.foot_velocity[..., 2]
         parts["speed"] = _motion(plan.robot, samples)[..., 0]
-        self._table = np.hstack([parts[name].reshape(count, -1) for name in _COLUMNS])
         borders = plan.schedule.node_times
         middle = plan.sample(0.5 * (borders[1:] + borders[:-1]))
         force, motion = middle.force * middle.contact[..., None], _motion(plan.robot, middle)
         inputs = np.hstack([force.reshape(-1, 12), motion.reshape(-1, 8)])
-        done = np.cumsum(inputs * np.diff(borders)[:, None], axis=0)
-        self._borders, self._done = borders, np.vstack([np.zeros(20), done])
-        self.swings = sorted(self._swings(plan), key=lambda swing: swing.lift_off)
-
-    def _swings(self, plan: Plan) -> list[PlanSwing]:
-        result, times = [], plan.schedule.node_times
-        for swing in plan.schedule.swings():
-            begin, end = float(times[swing.lift_off]), float(times[swing.touch_down])
-            place = self.at(np.array([end])).foot_position[0, swing.leg]
-            result.append(PlanSwing(swing.leg, begin - swing.begun, end, place))
-        return result
+        done = np.vstack([np.zeros(20), np.cumsum(inputs * np.diff(borders)[:, None], axis=0)])
+        self.swings = sorted(_swings(plan), key=lambda swing: swing.lift_off)
+        times = np.union1d(samples.time, borders)
+        done = np.column_stack([np.interp(times, borders, column) for column in done.T])
+        for swing in self.swings:
+            if plan.robot.leg_list[swing.leg].foot == "point":
+                _lead(plan, swing, parts, times, done)
+        self._table = np.hstack([parts[name].reshape(count, -1) for name in _COLUMNS])
+        self._borders, self._done = times, done
 
     def turn(self, angle: float) -> None:
         """Adds whole turns, rad, to yaw and headings: those of a robot go on beyond 2π."""
@@ -195,6 +203,60 @@ class PlanPath:
         force = np.zeros((4, 3))
         force[:, 2] = self.robot.static_forces(row.foot_position[0] - row.com_position[0])
         return force
+
+
+def _swings(plan: Plan) -> list[PlanSwing]:
+    result, times = [], plan.schedule.node_times
+    for swing in plan.schedule.swings():
+        begin, end = float(times[swing.lift_off]), float(times[swing.touch_down])
+        place = plan.sample(end).foot_position[swing.leg]
+        result.append(PlanSwing(swing.leg, begin - swing.begun, end, place))
+    return result
+
+
+def _lead(plan: Plan, swing: PlanSwing, parts: dict[str, Array], times: Array, done: Array) -> None:
+    """Leads a foot ahead of the plan over the ground: on level ground all the way, else once it sinks.
+
+    Args:
+        plan: the plan.
+        swing: of the foot.
+        parts: columns of the table, by name, which change.
+        times: of the rows of `done`, s.
+        done: integrals of forces and motions, (len(times), 20), which change.
+    """
+    leg, end = swing.leg, swing.touch_down
+    grid = np.linspace(0.0, plan.horizon, len(parts["heading"]))
+    inside = np.flatnonzero((grid > swing.lift_off) & (grid < end))
+    z = parts["foot_position"][inside, leg, 2]
+    if end <= 0.0 or inside.size == 0:
+        return
+    begin = max(swing.lift_off, 0.0)
+    if not plan.scenario.terrain.is_flat:
+        begin = max(begin, float(grid[inside[len(z) - 1 - int(np.argmax(z[::-1]))]]))
+    high = float(grid[inside[z - swing.foothold[2] > HOVER]].max(initial=begin))
+    way = end - begin
+    soonest = begin + way / HURRY + 0.5 * BRAKING
+    if soonest > end:
+        return
+    arrival = max(high, soonest)
+    rate = way / (arrival - begin - 0.5 * BRAKING)
+
+    def ahead(at: Array) -> tuple[Array, Array]:
+        """Times of the plan whose places the foot has then, and how fast they pass."""
+        left = np.clip(arrival - at, 0.0, BRAKING)
+        braked = BRAKING - left
+        passed = np.minimum(at, arrival - BRAKING) - begin + braked - 0.5 * braked**2 / BRAKING
+        return begin + rate * passed, rate * left / BRAKING
+
+    rows = inside[grid[inside] > begin]
+    to, pace = ahead(grid[rows])
+    there = plan.sample(to)
+    parts["foot_position"][rows, leg, :2] = there.foot_position[:, leg, :2]
+    parts["speed"][rows, leg] = pace * _motion(plan.robot, there)[:, leg, 0]
+    rows = np.flatnonzero((times > begin) & (times < end))
+    to, _ = ahead(times[rows])
+    for column in (12 + 2 * leg, 13 + 2 * leg):
+        done[rows, column] = np.interp(to, times, done[:, column].copy())
 
 
 def _motion(robot: Robot, samples: Samples) -> Array:

@@ -126,7 +126,9 @@ class Replanner:
 
     def _why(self, state: RobotState, progress: Progress) -> str:
         """What does not fit any more; nothing if all does."""
-        planned = self._plans[progress.number].state_at(progress.plan_time)
+        planned = self._mpc.planned
+        if planned is None:
+            return ""
         away = float(np.hypot(*(state.com_position - planned.com_position)[:2]))
         feet = float(np.linalg.norm((state.foot_position - planned.foot_position)[:, :2], axis=1).max())
         turned = abs((state.euler[0] - planned.euler[0] + math.pi) % (2.0 * math.pi) - math.pi)

@@ -24,8 +24,9 @@ class Wanted:
         com_position: that goes with them, (N + 1, 3), m.
         in_air: which feet are to swing at the nodes, (N + 1, 4).
         force: mean of each interval, (N, 4, 3), N.
-        goes_on: which feet shall move over the ground as found, (4,): those that wait for the ground go
-            straight down, as hardly anything is left of their swings to find a motion for.
+        waits: which feet wait for the ground, (4,): they go straight down, as hardly anything is left of
+            their swings to find a motion for.
+        landed: speeds of feet that have just landed, (4,), m/s: with these, those that waited go on.
         lead: forces (4, 3), N, and motions (4, 2) of now less their means over the first interval: what is
             found for all of it would come early by half of its length.
         rests: whether the robot shall stand where its feet are.
@@ -38,6 +39,7 @@ class Wanted:
     com_position: Array
     in_air: NDArray[np.bool_]
     force: Array
-    goes_on: NDArray[np.bool_]
+    waits: NDArray[np.bool_]
+    landed: Array
     lead: tuple[Array, Array]
     rests: bool = False
