@@ -160,6 +160,7 @@ class Mpc:
         self._stands = False
         self._hold = StepHold(self.settings.period)
         self._weights, self._bounds = self.settings.weights, self.settings.bounds
+        self._checked: VelocityCommand | PoseCommand | None = None
         self._cut = ""
         self._unfit: set[str] = set()
         self._plans: PlanFollower | None = None
@@ -419,7 +420,9 @@ class Mpc:
             InputError: the command is none, or there is no usable state to begin with.
         """
         begin = wall.perf_counter()
-        check_command(command)
+        if command is not self._checked:  # what has been looked at cannot have changed
+            check_command(command)
+            self._checked = command
         state, elapsed = self._incoming.take(state, self._last)
         self._now = state.time
         deadline = begin + self.stretch * (self.settings.deadline or self.settings.period)
@@ -600,7 +603,7 @@ class Mpc:
             converged=solution.solved and violation < FEASIBLE,
             violation=violation,
             cost=solution.cost,
-            cost_rate=float(self._stages.value(solution.w)[0][0]) / self._fill.interval,
+            cost_rate=self._stages.first_cost(solution.w) / self._fill.interval,
             solver_seconds=seconds,
         )
 

@@ -77,6 +77,7 @@ class FatropEngine:
         self._stages = [StageEvaluation(nlp, block) for block in nlp.blocks]
         self._guess, self._no_gradient = np.zeros(nlp.size), np.zeros(nlp.size)
         self._known: tuple[bytes, float, Array] = (b"", 0.0, np.empty(0))
+        self._known_for = b""
         self._progress: Progress | None = None
         self._stop: Callable[[], bool] = lambda: False
         self._error: BaseException | None = None
@@ -120,12 +121,16 @@ class FatropEngine:
         self._least, self._least_at = np.inf, 0
         self._evaluations_before = self._watch.signs
         self._multipliers = None
-        self._known = (b"", 0.0, np.empty(0))
+        self._forget_if_other_numbers()
         self._rows.load_bounds()
         self._budget = Budget(until, iterations, repair)
         for name, value in (self._options | (self._warm_options if warm else {})).items():
             kind = "double" if isinstance(value, float) else "int"
             getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
+        self._watch.estimates = repair is None
+        if repair is not None:  # as nobody finds others
+            multipliers = self._library.fatrop_ocp_c_get_dual(self._solver).contents
+            ctypes.memset(multipliers.pa, 0, DOUBLE * multipliers.m)
         patience = SILENCE_MAX + SILENCE_MAX_PER_STAGE * len(self._rows.nx)
         left = until - time.perf_counter()
         patience = min(patience, max(SILENCE_MAX_IN_TIME, left))
@@ -184,8 +189,15 @@ class FatropEngine:
 
     def values(self, w: Array) -> tuple[float, Array]:
         """Cost and constraints at the free variables, for the NLP as it is now."""
-        self._known = (b"", 0.0, np.empty(0))
+        self._forget_if_other_numbers()
         return self._values(w)
+
+    def _forget_if_other_numbers(self) -> None:
+        """Keeps the values at the last iterate only where fixed variables and parameters are as they were."""
+        numbers = (self.nlp.fixed_values, *(block.stage.parameters for block in self.nlp.blocks))
+        bits = b"".join(array.tobytes("A") for array in numbers)
+        if bits != self._known_for:
+            self._known, self._known_for = (b"", 0.0, np.empty(0)), bits
 
     def _why(self, flag: int) -> str:
         """Why there is no solution; fatrop itself does not tell."""

@@ -160,6 +160,7 @@ def _declare(loaded: ctypes.CDLL) -> None:
         ("set_option_double", c_int, [c_void_p, c_char_p, c_double]),
         ("set_option_int", c_int, [c_void_p, c_char_p, c_int]),
         ("get_primal", POINTER(Vector), [c_void_p]),
+        ("get_dual", POINTER(Vector), [c_void_p]),
         ("get_dims", POINTER(Dims), [c_void_p]),
         ("get_stats", POINTER(Stats), [c_void_p]),
     ):

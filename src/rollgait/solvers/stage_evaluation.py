@@ -34,6 +34,8 @@ class StageEvaluation:
         self.variable_number = self._position[self.variable_source]
         inputs = [self._y, self._p]
         self._value = Buffered(repeated(f.value, count), inputs)
+        first = [array[: array.size // count] for array in inputs]
+        self._first = Buffered(f.value, first)
         self._gradient = Buffered(repeated(f.gradient, count), inputs)
         self._jacobian = Buffered(repeated(f.jacobian, count), inputs)
         self._hessian = Buffered(repeated(f.hessian, count), [*inputs, self._lam_f, self._lam])
@@ -46,6 +48,11 @@ class StageEvaluation:
         self._load(w)
         cost, rows = self._value()
         return cost, rows
+
+    def first_cost(self, w: Array) -> float:
+        """Cost of the first repetition alone."""
+        self._load(w)
+        return float(self._first()[0][0])
 
     def gradient(self, w: Array) -> Array:
         """Local gradients of the cost, flat."""
