@@ -196,9 +196,7 @@ class GaitClock:
         if not swings:
             return share
         begins, ends = edges[:-1], edges[1:]
-        from_on, until = (
-            np.minimum(np.maximum(time[:, None], begins), ends) for time in _ends(swings)
-        )
+        from_on, until = (np.minimum(np.maximum(time[:, None], begins), ends) for time in _ends(swings))
         for swing, in_air in zip(swings, (until - from_on) / (ends - begins), strict=True):
             share[:, swing.leg] -= in_air
         share[share < _SAME] = 0.0

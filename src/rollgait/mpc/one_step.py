@@ -1,4 +1,5 @@
-"""The planner's step on numbers, for one period of the controller: one CasADi function for each kind of robot.
+"""The planner's step on numbers, for one period of the controller: one CasADi function for each kind of
+robot.
 
 It is made of the very expressions that the problem has (`dynamics.step`), once in a process. To evaluate it
 takes some 10 µs, where Python's own numbers take 200.
@@ -44,10 +45,8 @@ GIVEN: Final = Layout(
         ("ground", FEET * (MODEL_SIZE + 3)),
     ]
 )
-"""What a step depends on: of feet one after the other. What is under each is a model, a slope and a radius."""
-REACHED: Final = Layout(
-    [("r", 3), ("theta", 3), ("dr", 3), ("dtheta", 3), ("p", 3 * FEET), ("sigma", FEET)]
-)
+"""What a step depends on: of feet one after the other. Under each is a model, a slope and a radius."""
+REACHED: Final = Layout([("r", 3), ("theta", 3), ("dr", 3), ("dtheta", 3), ("p", 3 * FEET), ("sigma", FEET)])
 """What it reaches."""
 
 

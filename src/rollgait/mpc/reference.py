@@ -170,7 +170,7 @@ class ReferenceMaker:
     def _wanted_by_pose(
         self, command: VelocityCommand | PoseCommand, clock: GaitClock
     ) -> Callable[[Pose], Twist]:
-        """The twist that the command asks for, as a function of the pose: velocities are the same everywhere."""
+        """The twist that the command asks for, by the pose: velocities are the same everywhere."""
         if isinstance(command, PoseCommand):
             return lambda pose: self._wanted(pose, command, clock)
         everywhere = self._wanted(self._pose, command, clock)
