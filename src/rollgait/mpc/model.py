@@ -25,11 +25,13 @@ class RobotModel:
     Args:
         robot: the robot.
         layout: of the controller's nodes.
+        on_slopes: whether the ground has any.
+        pulled: whether there are wrenches from outside.
     """
 
-    def __init__(self, robot: Robot, layout: StageLayout) -> None:
-        self._robot = robot
-        self._steps: dict[tuple[bool, bool], OneStep] = {}
+    def __init__(
+        self, robot: Robot, layout: StageLayout, on_slopes: bool = False, pulled: bool = False
+    ) -> None:
         self._inertia = robot.inertia_matrix.tolist()
         self._momentum = robot.mean_inertia
         self._steerable = list(layout.steerable)
@@ -37,6 +39,10 @@ class RobotModel:
         legs = robot.leg_list
         self._figures = Figures(
             robot.mass, inverse, [leg.foot for leg in legs], [leg.heading for leg in legs]
+        )
+        figures = self._figures
+        self._step = OneStep(
+            figures.kinds, robot.mass, robot.inertia_matrix, figures.heading_offset, on_slopes, pulled
         )
 
     def node(self, state: RobotState) -> Array:
@@ -102,8 +108,7 @@ class RobotModel:
         points = np.array([t, t + period, *(t + period * point for point in POINTS)])
         height, rate = ground.foot_heights(clock, points, state.foot_position[:, :2])
         under = ground.under(clock, t, state.foot_position[:, :2], height[0])
-        one_step = self._one_step(under is not None, wrench is not None)
-        given = one_step.given
+        given = self._step.given
         given["period"][0] = period
         given["r"][:], given["theta"][:] = state.com_position, state.euler
         given["dr"][:], given["dtheta"][:] = state.com_velocity, state.euler_rate
@@ -114,8 +119,8 @@ class RobotModel:
         if wrench is not None:
             given["wrench"][:] = wrench
         if under is not None:
-            one_step.put_ground(under)
-        end = one_step()
+            self._step.put_ground(under)
+        end = self._step()
         foot_position = end["p"].reshape(4, 3)
         if under is not None:  # another place has another height
             height, _ = ground.foot_heights(clock, points[1:2], foot_position[:, :2])
@@ -130,18 +135,3 @@ class RobotModel:
             heading=end["sigma"],
             speed=motion[:, 0].copy(),
         )
-
-    def _one_step(self, on_slopes: bool, pulled: bool) -> OneStep:
-        """The step in numbers; which kind of ground and of load there is seldom changes."""
-        if (on_slopes, pulled) not in self._steps:
-            robot = self._robot
-            legs = robot.leg_list
-            self._steps[on_slopes, pulled] = OneStep(
-                [leg.foot for leg in legs],
-                robot.mass,
-                robot.inertia_matrix,
-                [leg.heading for leg in legs],
-                on_slopes,
-                pulled,
-            )
-        return self._steps[on_slopes, pulled]

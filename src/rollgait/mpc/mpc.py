@@ -653,7 +653,8 @@ class Mpc:
         return Control(state, end, force, motion, contact, *(touch or ()))
 
     def _take_robot(self, robot: Robot) -> None:
-        self._model = RobotModel(robot, self._problem.layout)
+        on_slopes = self._fill.ground is not self._level
+        self._model = RobotModel(robot, self._problem.layout, on_slopes, bool(self._wrenches))
         self._standing = Standing(robot, self.settings)
         self._feet = Footwork(robot)
         self._fill.set_robot(robot)

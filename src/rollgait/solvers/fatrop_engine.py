@@ -97,6 +97,7 @@ class FatropEngine:
         self._best: tuple[float, Array] = (np.inf, np.empty(0))
         self.is_running = False
         self._watch, self._evaluations_before = Watch(), 0
+        self._told: Options = {}
         self._call_here = call_here()
         self._stagewise = (
             StagewiseCalls(self._rows, self._guess)
@@ -140,9 +141,7 @@ class FatropEngine:
         self.evaluation.begin()
         self._rows.load_bounds()
         self._budget = Budget(until, iterations, repair)
-        for name, value in (self._options | (self._warm_options if warm else {})).items():
-            kind = "double" if isinstance(value, float) else "int"
-            getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
+        self._set_options(self._options | (self._warm_options if warm else {}))
         self._watch.estimates = repair is None
         if repair is not None:  # as nobody finds others
             multipliers = self._library.fatrop_ocp_c_get_dual(self._solver).contents
@@ -171,6 +170,14 @@ class FatropEngine:
             iterations=max(int(stats.iterations_count), self._iteration),
             multipliers=self.evaluation.multipliers,
         )
+
+    def _set_options(self, options: Options) -> None:
+        """Tells fatrop what it has not been told yet."""
+        for name, value in options.items():
+            if self._told.get(name) != value:
+                kind = "double" if isinstance(value, float) else "int"
+                getattr(self._library, f"fatrop_ocp_c_set_option_{kind}")(self._solver, name.encode(), value)
+                self._told[name] = value
 
     def _solve_here(self, patience: float) -> int:
         """In this thread, which a busy machine would wake late if it waited for another."""
@@ -341,7 +348,7 @@ class FatropEngine:
         return self._iteration - self._least_at > PATIENCE
 
     def _give_up(self) -> None:
-        self._library.fatrop_ocp_c_set_option_int(self._solver, b"max_iter", 0)
+        self._set_options({"max_iter": 0})
 
     def _check_dimensions(self, dims: c.Dims) -> None:
         """The sizes that fatrop reports back must be ours, or its structures are not those described here."""
