@@ -300,10 +300,10 @@ class Filling:
 
     def put_stance(self, centred: float, elapsed: float) -> None:
         """Leads the nominal stance to where the CoM is that share of the way over the middle of the feet."""
-        change = np.clip(centred - self._centred, -CENTRING_RATE * elapsed, CENTRING_RATE * elapsed)
+        change = max(-CENTRING_RATE * elapsed, min(CENTRING_RATE * elapsed, centred - self._centred))
         if change == 0.0 and not self._strides:
             return
-        self._centred += float(change)
+        self._centred += change
         self._write_stance()
 
     def take_stance(self, other: Filling) -> None:

@@ -530,7 +530,7 @@ class Mpc:
     ) -> Reference:
         it, fill = self._iterate, self._fill
         limit = fill.speed_limit
-        it.previous[12:] = np.clip(it.previous[12:], -limit, limit)
+        it.previous[12:] = np.minimum(np.maximum(it.previous[12:], -limit), limit)
         for iterate in self._iterates:
             iterate.begin(self._model.node(state), it.previous)
         fill.put_state(it.first_node)

@@ -47,6 +47,12 @@ STICKY: Final = 0.6
 STEERING_SHARE: Final = 0.8
 """Share of the steering rate that is counted on."""
 
+_HALF_TURNS: Final = np.pi * np.arange(-3, 4)[:, None]
+"""From the direction of a velocity to the headings that a wheel may have along or against it, rad."""
+_BACKWARD: Final = (np.arange(-3, 4) % 2).astype(bool)[:, None]
+"""Which of them are against it."""
+_LEGS: Final = np.arange(4)
+
 Pose = tuple[float, float, float]
 """x, y (m), yaw (rad)."""
 
@@ -121,7 +127,7 @@ class ReferenceMaker:
         self._pose, self._twist = self._advance(self._pose, self._twist, here, elapsed, aligned)
         self._pose = self._on_leash(self._pose, state)
         change = command.height_change - self._height_change
-        self._height_change += float(np.clip(change, -HEIGHT_RATE * elapsed, HEIGHT_RATE * elapsed))
+        self._height_change += max(-HEIGHT_RATE * elapsed, min(HEIGHT_RATE * elapsed, change))
         pose, twist = self._pose, self._twist
         ahead = []
         for k in range(count + 1):
@@ -232,16 +238,13 @@ class ReferenceMaker:
     def _steering(self, velocity: Array, steering: Array, moves: NDArray[np.bool_]) -> tuple[Array, Array]:
         """σ − θz along or against a velocity, and which of the two, (4,) each."""
         angle = np.arctan2(velocity[1], velocity[0])
-        turns = np.arange(-3, 4)[:, None]
-        candidates = angle + np.pi * turns
-        backward = (turns % 2).astype(bool)
-        distance = np.abs(candidates - steering) + STICKY * (backward != self._backward)
+        candidates = angle + _HALF_TURNS
+        distance = np.abs(candidates - steering) + STICKY * (self._backward != _BACKWARD)
         outside = np.maximum(self._low - candidates, candidates - self._high)
         distance = distance + 100.0 * np.maximum(outside, 0.0)
         best = distance.argmin(axis=0)
-        legs = np.arange(4)
-        goal = candidates[best, legs]
-        return np.where(moves, goal, steering), np.where(moves, backward[best, 0], self._backward)
+        goal = candidates[best, _LEGS]
+        return np.where(moves, goal, steering), np.where(moves, _BACKWARD[best, 0], self._backward)
 
     def _with_wheels(
         self,

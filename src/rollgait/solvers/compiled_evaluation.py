@@ -8,6 +8,7 @@ evaluated from C; without, NumPy does it.
 from __future__ import annotations
 
 import ctypes
+import logging
 from ctypes import POINTER, Structure, byref, c_double, c_int, c_ssize_t, c_void_p
 from functools import lru_cache
 from pathlib import Path
@@ -31,6 +32,8 @@ from rollgait.solvers.fatrop_rows import Rows
 from rollgait.solvers.kernels import machine_code
 from rollgait.solvers.stage_evaluation import StageEvaluation
 from rollgait.transcription.nlp import Nlp
+
+log = logging.getLogger("rollgait")
 
 EVALUATE: Final = "_ZN6casadi21_function_buffer_evalEPv"
 """CasADi's evaluation of a buffer."""
@@ -92,6 +95,11 @@ class _Stages(Structure):
 @lru_cache(maxsize=1)
 def library() -> ctypes.CDLL | None:
     """The compiled functions; None where they cannot be had, which is logged."""
+    try:
+        _evaluate()
+    except (OSError, AttributeError) as error:
+        log.info("CasADi's buffers cannot be evaluated from C: %s", error)
+        return None
     return machine_code(lambda: SOURCE, SOURCE, FLAGS, _load)
 
 
@@ -109,7 +117,6 @@ def _load(file: Path) -> ctypes.CDLL:
     ):
         function = getattr(loaded, f"rollgait_{name}")
         function.restype, function.argtypes = result, arguments
-    _evaluate()
     return loaded
 
 
