@@ -76,9 +76,9 @@ def test_fatrop_writes_only_the_last_rows_of_its_matrices(transcribed: Transcrib
     far = guess + 0.3 * np.random.default_rng(0).normal(size=guess.size)
     solver.solve(far)  # difficult: regularised again and again
     assert solver.solve(guess).solved
-    engine = solver._engine
-    assert len(engine._hessians) > 1, "two sets of matrices take turns"
-    left = [part for fill in engine._hessians.values() for part in fill.untouched()]
-    left += [part for fill in engine._jacobians.values() for part in fill.untouched()]
+    engine = solver._engine.evaluation
+    assert len(engine.hessians) > 1, "two sets of matrices take turns"
+    left = [part for fill in engine.hessians.values() for part in fill.untouched()]
+    left += [part for fill in engine.jacobians.values() for part in fill.untouched()]
     assert sum(part.size for part in left) > 10_000
     np.testing.assert_array_equal(np.concatenate(left), 0.0)

@@ -318,7 +318,7 @@ def test_a_solve_in_the_own_thread_that_gets_lost_leaves_nothing_running() -> No
 
 def test_derivatives_that_are_no_numbers_end_a_solve(transcribed: Transcribed, guess: np.ndarray) -> None:
     solver = make_solver("fatrop", transcribed, kernels=False)
-    stage = solver._engine._stages[0]  # type: ignore[attr-defined]
+    stage = solver._engine.evaluation.stages[0]  # type: ignore[attr-defined]
     for name in ("jacobian", "hessian"):
         original = getattr(stage, name)
 

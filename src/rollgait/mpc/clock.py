@@ -7,8 +7,9 @@ those that have not are forgotten, and the new gait begins after a short stand i
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Final
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,8 @@ LEAD: Final = 0.6
 """Between a change of gait and its first lift-off all feet stand, s: time to shift the weight."""
 KEPT: Final = 2.0
 """How long swings of the past are kept, s; nothing asks for older ones."""
+KNOWN: Final = 2.0
+"""How far ahead swings are looked for at least, s: a horizon."""
 _SAME: Final = 1e-9
 
 
@@ -56,13 +59,44 @@ class TimedSwing:
             top: highest ground on its way, m.
             end: z of the ground where it lands, m.
         """
-        half = 0.5 * (self.touch_down - self.lift_off)
         apex = max(top, end) + self.clearance
-        rise, fall = (times - self.lift_off) / half, (self.touch_down - times) / half
-        rises = rise < fall
-        value, slope = minimum_jerk(np.minimum(rise, fall))
+        share, rate, rises = _risen(times, self.lift_off, self.touch_down)
         foot = np.where(rises, begin, end)
-        return foot + (apex - foot) * value, np.where(rises, 1.0, -1.0) * (apex - foot) * slope / half
+        return foot + (apex - foot) * share, (apex - foot) * rate
+
+    @classmethod
+    def lifts(cls, swings: Sequence[Self], times: Array) -> tuple[Array, Array]:
+        """Heights over level ground and their rates at times (n,), in and beside the swings: (m, n) each."""
+        lift_off, touch_down = _ends(swings)
+        share, rate, _ = _risen(times, lift_off[:, None], touch_down[:, None])
+        clearance = np.array([swing.clearance for swing in swings])[:, None]
+        return clearance * share, clearance * rate
+
+
+def _risen(
+    times: Array, lift_off: Array | float, touch_down: Array | float
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Share of its full height that a foot has at times, its rate, 1/s, and whether the foot still rises."""
+    half = 0.5 * (touch_down - lift_off)
+    rise, fall = (times - lift_off) / half, (touch_down - times) / half
+    rises = rise < fall
+    share, slope = minimum_jerk(np.minimum(rise, fall))
+    return share, np.where(rises, slope, -slope) / half, rises
+
+
+def _ends(swings: Sequence[TimedSwing]) -> tuple[Array, Array]:
+    """Lift-offs and touch-downs, (m,), s."""
+    ends = np.array([(swing.lift_off, swing.touch_down) for swing in swings])
+    return ends[:, 0], ends[:, 1]
+
+
+@dataclass
+class _Known:
+    """Swings that were found: beginning, origin and gait of which, up to which time, s."""
+
+    of: tuple[float, float, CyclicGait, int] | None = None
+    end: float = -math.inf
+    swings: list[TimedSwing] = field(default_factory=list)
 
 
 class GaitClock:
@@ -74,6 +108,7 @@ class GaitClock:
         self._locked_from = time if self._gait.wheels == "locked" else math.inf
         self._time = time
         self._done: list[TimedSwing] = []
+        self._known = _Known()
 
     @property
     def gait(self) -> CyclicGait:
@@ -107,6 +142,11 @@ class GaitClock:
         return time >= self._locked_from
 
     @property
+    def locked_from(self) -> float:
+        """Since or from when wheels on the ground stand still, s; infinite where they roll."""
+        return self._locked_from
+
+    @property
     def brakes(self) -> bool:
         """Whether the robot shall come to rest: the gait says so, or it is about to lock its wheels."""
         return self._gait.brakes or (self._gait.wheels == "locked" and not self.locked(self._time))
@@ -123,11 +163,21 @@ class GaitClock:
         return recent + self._planned(self._time, time)
 
     def _planned(self, begin: float, end: float) -> list[TimedSwing]:
-        """Swings of the present gait with `begin` < lift-off ≤ `end`."""
-        gait = self._gait
+        """Swings of the present gait with `begin` < lift-off ≤ `end`.
+
+        A step of the controller asks for them again and again, each time somewhat farther or less far.
+        """
+        known, gait = self._known, self._gait
         if gait.swing <= 0.0:
             return []
-        result = []
+        if known.of != (begin, self._origin, gait, len(self._done)) or end > known.end:
+            until = max(end, begin + KNOWN)
+            known.of, known.end = (begin, self._origin, gait, len(self._done)), until
+            known.swings = self._found(begin, until)
+        return [swing for swing in known.swings if swing.lift_off <= end]
+
+    def _found(self, begin: float, end: float) -> list[TimedSwing]:
+        result, gait = [], self._gait
         latest = {swing.leg: swing.lift_off for swing in self._done}
         for leg, phase in enumerate(gait.phase):
             begin_leg = max(begin, latest.get(leg, -math.inf) + gait.swing)
@@ -146,10 +196,14 @@ class GaitClock:
 
     def stance_share(self, edges: Array) -> Array:
         """Share of each interval between `edges` (N + 1,) in which each foot stands, (N, 4)."""
-        share, length = np.ones((edges.size - 1, FEET)), np.diff(edges)
-        for swing in self.swings(float(edges[0]), float(edges[-1])):
-            begin, end = np.clip((swing.lift_off, swing.touch_down), edges[:-1, None], edges[1:, None]).T
-            share[:, swing.leg] -= (end - begin) / length
+        share: Array = np.ones((edges.size - 1, FEET))
+        swings = self.swings(float(edges[0]), float(edges[-1]))
+        if not swings:
+            return share
+        begins, ends = edges[:-1], edges[1:]
+        from_on, until = (np.minimum(np.maximum(time[:, None], begins), ends) for time in _ends(swings))
+        for swing, in_air in zip(swings, (until - from_on) / (ends - begins), strict=True):
+            share[:, swing.leg] -= in_air
         share[share < _SAME] = 0.0
         return share
 
@@ -187,7 +241,10 @@ class GaitClock:
     def lift(self, times: Array) -> tuple[Array, Array]:
         """Height of each foot above the ground and its rate at times (n,): (n, 4) in m and m/s."""
         height, rate = np.zeros((times.size, FEET)), np.zeros((times.size, FEET))
-        for swing in self.swings(float(times.min()), float(times.max()) + _SAME):
-            inside = (times > swing.lift_off) & (times < swing.touch_down)
-            height[inside, swing.leg], rate[inside, swing.leg] = swing.over(times[inside], 0.0, 0.0, 0.0)
+        swings = self.swings(float(times.min()), float(times.max()) + _SAME)
+        for kind in {type(swing) for swing in swings}:
+            own = [swing for swing in swings if type(swing) is kind]
+            for swing, its_height, its_rate in zip(own, *kind.lifts(own, times), strict=True):
+                height[:, swing.leg] += its_height  # two swings of a foot are never at once
+                rate[:, swing.leg] += its_rate
         return height, rate

@@ -43,8 +43,12 @@ POINT_SPEED: Final = 2.0
 way of a whole cycle in one swing."""
 POINT_ACCELERATION: Final = 3.0
 """The same for its acceleration."""
+LIMITED: Final = ("friction", "force", "first_motion", "second_motion", "acceleration")
+"""Rows of an interval whose limits are filled in."""
 SMALL_MOMENT: Final = 1e-4
 """m²: lets two feet share the weight that cannot balance it about their line."""
+_WEIGHT_ALONE: Final = np.array([[1.0], [0.0], [0.0]])
+"""Force and moments to be balanced, in weights of the robot and m."""
 
 
 def turned_plane(places: Array, yaw: Array) -> Array:
@@ -82,7 +86,9 @@ class Filling:
         self.count, self.interval = settings.intervals, settings.horizon / settings.intervals
         self.ground = ground
         nlp = problem.nlp
-        self._row_number = nlp.row_numbers(nlp.blocks[0])
+        self._steps = self.interval * np.arange(self.count + 1, dtype=float)
+        row_number = nlp.row_numbers(nlp.blocks[0])
+        self._row_numbers = {name: row_number[problem.interval.rows(name)] for name in LIMITED}
         self._stages = (problem.interval, problem.end)
         legs = problem.robot.leg_list
         self._force_max = np.array([leg.force_max for leg in legs])
@@ -162,19 +168,19 @@ class Filling:
 
     def put_wrenches(self, wrenches: Sequence[Wrench], time: float) -> None:
         """What pulls at the base along the horizon; only for a problem that knows of any."""
-        edges: Array = time + self.interval * np.arange(self.count + 1, dtype=float)
+        edges: Array = time + self._steps
         numbers = wrench_numbers(wrenches, self.robot.com_offset, edges[:-1], edges[1:])
         self._problem.interval.numbers("wrench")[:] = numbers
 
     def put_contact(self, clock: GaitClock, time: float) -> None:
         """Which foot stands when, from now on, and how high the others are."""
         h, count = self.interval, self.count
-        edges: Array = time + h * np.arange(count + 1, dtype=float)
+        edges: Array = time + self._steps
         share = clock.stance_share(edges).T
         # what is done now must not count on feet that are still in the air
         share[:, 0] *= clock.contact(time)
         stands = share > 0.0
-        locked = np.array([clock.locked(float(begin)) for begin in edges[:-1]])
+        locked = edges[:-1] >= clock.locked_from
         stage, bounds = self._problem.interval, self.bounds
         stage.numbers("stands")[:] = stands
         if self._own:
@@ -220,9 +226,7 @@ class Filling:
                 part.numbers("ground")[:] = self.ground.height[:, None]
         stage.numbers("foot_height")[:] = height[:-1].T
         self._problem.end.numbers("foot_height")[:] = height[-1][:, None]
-        stage.numbers("lift_rate")[:] = (
-            np.moveaxis(rate.reshape(count, len(POINTS), 4), 0, -1).swapaxes(0, 1).reshape(8, count)
-        )
+        stage.numbers("lift_rate")[:] = rate.reshape(count, len(POINTS), 4).T.reshape(-1, count)
 
     def put_ground(
         self, clock: GaitClock, time: float, xy: Array, reference: Reference, keeps_off: bool = True
@@ -286,22 +290,20 @@ class Filling:
 
     def _static_forces(self, share: Array) -> Array:
         """Vertical forces that would carry the robot at its nominal stance, (4, N), in its weights."""
-        p = self.stance[:, :2]
-        A = np.vstack([np.ones(4), p.T])
-        gram = np.einsum("il,lk,jl->kij", A, share, A)
-        gram[:, (1, 2), (1, 2)] += SMALL_MOMENT
-        multipliers = np.linalg.solve(
-            gram, np.broadcast_to(np.array([1.0, 0.0, 0.0])[:, None], (share.shape[1], 3, 1))
-        )
+        A = np.ones((3, 4))
+        A[1:] = self.stance[:, :2].T
+        products = (A[:, None] * A).reshape(9, 4)
+        gram = (products @ share).T.reshape(-1, 3, 3) + np.diag([0.0, SMALL_MOMENT, SMALL_MOMENT])
+        multipliers = np.linalg.solve(gram, np.broadcast_to(_WEIGHT_ALONE, (share.shape[1], 3, 1)))
         forces: Array = np.maximum(share * (A.T @ multipliers[:, :, 0].T), 0.0)
         return forces
 
     def put_stance(self, centred: float, elapsed: float) -> None:
         """Leads the nominal stance to where the CoM is that share of the way over the middle of the feet."""
-        change = np.clip(centred - self._centred, -CENTRING_RATE * elapsed, CENTRING_RATE * elapsed)
+        change = max(-CENTRING_RATE * elapsed, min(CENTRING_RATE * elapsed, centred - self._centred))
         if change == 0.0 and not self._strides:
             return
-        self._centred += float(change)
+        self._centred += change
         self._write_stance()
 
     def take_stance(self, other: Filling) -> None:
@@ -331,7 +333,7 @@ class Filling:
         if not dragged.any() or clock.gait.swing <= 0.0:
             self._ahead = np.zeros((2, 4, self.count + 1))
             return
-        ahead = clock.stride(time + self.interval * np.arange(self.count + 1, dtype=float)).T * dragged
+        ahead = clock.stride(time + self._steps).T * dragged
         self._ahead = ahead
         stage, end = self._stages
         for axis in range(2):
@@ -390,8 +392,7 @@ class Filling:
         stage.numbers("force_ref")[:] = wanted.force.reshape(self.count, 12).T / self.robot.weight
 
     def _put_limits(self, name: str, lower: Array | float, upper: Array | float) -> None:
-        number = self._row_number[self._problem.interval.rows(name)]
-        nlp = self._problem.nlp
+        number, nlp = self._row_numbers[name], self._problem.nlp
         nlp.g_lower[number] = lower
         nlp.g_upper[number] = upper
 

@@ -104,7 +104,8 @@ class Iterate:
         force[-1, :, 2] += np.where(stands[-1], usual[:, -1] - self._usual[:, -1], 0.0)
         after = (force[:, :, 2] * stands).sum(axis=1)
         scale = np.where(after > SMALL_FORCE, before / np.maximum(after, SMALL_FORCE), 1.0)
-        force[:, :, 2] = np.clip(force[:, :, 2] * np.where(stands, scale[:, None], 1.0), low.T, high.T)
+        scaled = force[:, :, 2] * np.where(stands, scale[:, None], 1.0)
+        force[:, :, 2] = np.minimum(np.maximum(scaled, low.T), high.T)
         self.inputs[:, self._force] = force.reshape(self._count, 12)
         self._share, self._usual = share, usual
 

@@ -8,18 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rollgait.dynamics.step import (
-    POINTS,
-    Figures,
-    FootInput,
-    FootState,
-    State,
-    angular_momentum,
-    euler_rate,
-    step,
-)
+from rollgait.dynamics.step import POINTS, Figures, angular_momentum, euler_rate
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.ground.level import GroundUnderfoot
+from rollgait.mpc.one_step import OneStep
 from rollgait.plant.state import RobotState
 from rollgait.robot.robot import Robot
 from rollgait.transcription.layout import StageLayout
@@ -33,9 +25,13 @@ class RobotModel:
     Args:
         robot: the robot.
         layout: of the controller's nodes.
+        on_slopes: whether the ground has any.
+        pulled: whether there are wrenches from outside.
     """
 
-    def __init__(self, robot: Robot, layout: StageLayout) -> None:
+    def __init__(
+        self, robot: Robot, layout: StageLayout, on_slopes: bool = False, pulled: bool = False
+    ) -> None:
         self._inertia = robot.inertia_matrix.tolist()
         self._momentum = robot.mean_inertia
         self._steerable = list(layout.steerable)
@@ -44,10 +40,14 @@ class RobotModel:
         self._figures = Figures(
             robot.mass, inverse, [leg.foot for leg in legs], [leg.heading for leg in legs]
         )
+        figures = self._figures
+        self._step = OneStep(
+            figures.kinds, robot.mass, robot.inertia_matrix, figures.heading_offset, on_slopes, pulled
+        )
 
     def node(self, state: RobotState) -> Array:
         """The state as a node vector, in the units of the variables."""
-        L = angular_momentum(np, state.euler.tolist(), state.euler_rate.tolist(), self._inertia)
+        L = angular_momentum(math, state.euler.tolist(), state.euler_rate.tolist(), self._inertia)
         return np.concatenate(
             [
                 state.euler,
@@ -93,7 +93,7 @@ class RobotModel:
         ground: GroundUnderfoot,
         wrench: Sequence[float] | None = None,
     ) -> RobotState:
-        """The state one period later: the planner's step with Python's numbers, which are the quickest.
+        """The state one period later: the planner's step.
 
         Args:
             state: at its beginning.
@@ -105,27 +105,33 @@ class RobotModel:
             wrench: from outside, as `dynamics.wrench` has it; None where there is none.
         """
         t = state.time
-        points = [t, t + period, *(t + period * point for point in POINTS)]
-        height, rate = ground.foot_heights(clock, np.array(points), state.foot_position[:, :2])
-        theta, p = state.euler.tolist(), state.foot_position.tolist()
-        z, heading = height[0].tolist(), state.heading.tolist()
+        points = np.array([t, t + period, *(t + period * point for point in POINTS)])
+        height, rate = ground.foot_heights(clock, points, state.foot_position[:, :2])
         under = ground.under(clock, t, state.foot_position[:, :2], height[0])
-        L = angular_momentum(math, theta, state.euler_rate.tolist(), self._inertia)
-        feet = tuple(FootState([p[i][0], p[i][1], z[i]], heading[i]) for i in range(4))
-        x = State(state.com_position.tolist(), theta, state.com_velocity.tolist(), L, feet)
-        rates = rate[2:].T.tolist()
-        given = zip(force.tolist(), motion.tolist(), rates, strict=True)
-        end, _ = step(math, x, [FootInput(*values) for values in given], period, self._figures, under, wrench)
-        foot_position = np.array([foot.p for foot in end.feet])
-        reached = ground.foot_heights(clock, np.array([t + period]), foot_position[:, :2])
-        foot_position[:, 2] = reached[0][0]
+        given = self._step.given
+        given["period"][0] = period
+        given["r"][:], given["theta"][:] = state.com_position, state.euler
+        given["dr"][:], given["dtheta"][:] = state.com_velocity, state.euler_rate
+        given["p"][:], given["sigma"][:] = state.foot_position.ravel(), state.heading
+        given["p"][2::3] = height[0]
+        given["force"][:], given["motion"][:] = force.ravel(), motion.ravel()
+        given["lift_rate"][:] = rate[2:].T.ravel()
+        if wrench is not None:
+            given["wrench"][:] = wrench
+        if under is not None:
+            self._step.put_ground(under)
+        end = self._step()
+        foot_position = end["p"].reshape(4, 3)
+        if under is not None:  # another place has another height
+            height, _ = ground.foot_heights(clock, points[1:2], foot_position[:, :2])
+        foot_position[:, 2] = height[1 if under is None else 0]
         return RobotState(
             time=t + period,
-            com_position=np.array(end.r),
-            euler=np.array(end.theta),
-            com_velocity=np.array(end.dr),
-            euler_rate=np.array(euler_rate(math, end.theta, end.L, self._figures)),
+            com_position=end["r"],
+            euler=end["theta"],
+            com_velocity=end["dr"],
+            euler_rate=end["dtheta"],
             foot_position=foot_position,
-            heading=np.array([foot.sigma for foot in end.feet]),
+            heading=end["sigma"],
             speed=motion[:, 0].copy(),
         )

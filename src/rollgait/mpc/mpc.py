@@ -160,6 +160,7 @@ class Mpc:
         self._stands = False
         self._hold = StepHold(self.settings.period)
         self._weights, self._bounds = self.settings.weights, self.settings.bounds
+        self._checked: VelocityCommand | PoseCommand | None = None
         self._cut = ""
         self._unfit: set[str] = set()
         self._plans: PlanFollower | None = None
@@ -426,7 +427,9 @@ class Mpc:
             InputError: the command is none, or there is no usable state to begin with.
         """
         begin = wall.perf_counter()
-        check_command(command)
+        if command is not self._checked:  # what has been looked at cannot have changed
+            check_command(command)
+            self._checked = command
         state, elapsed = self._incoming.take(state, self._last)
         self._now = state.time
         deadline = begin + self.stretch * (self.settings.deadline or self.settings.period)
@@ -534,7 +537,7 @@ class Mpc:
     ) -> Reference:
         it, fill = self._iterate, self._fill
         limit = fill.speed_limit
-        it.previous[12:] = np.clip(it.previous[12:], -limit, limit)
+        it.previous[12:] = np.minimum(np.maximum(it.previous[12:], -limit), limit)
         for iterate in self._iterates:
             iterate.begin(self._model.node(state), it.previous)
         fill.put_state(it.first_node)
@@ -607,7 +610,7 @@ class Mpc:
             converged=solution.solved and violation < FEASIBLE,
             violation=violation,
             cost=solution.cost,
-            cost_rate=float(self._stages.value(solution.w)[0][0]) / self._fill.interval,
+            cost_rate=self._stages.first_cost(solution.w) / self._fill.interval,
             solver_seconds=seconds,
         )
 
@@ -660,7 +663,8 @@ class Mpc:
         return Control(state, end, force, motion, contact, *(touch or ()))
 
     def _take_robot(self, robot: Robot) -> None:
-        self._model = RobotModel(robot, self._problem.layout)
+        on_slopes = self._fill.ground is not self._level
+        self._model = RobotModel(robot, self._problem.layout, on_slopes, bool(self._wrenches))
         self._standing = Standing(robot, self.settings)
         self._feet = Footwork(robot)
         self._fill.set_robot(robot)

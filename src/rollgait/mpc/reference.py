@@ -8,6 +8,7 @@ has, or against it, whichever the joints allow with less steering.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
@@ -45,6 +46,12 @@ STICKY: Final = 0.6
 """By how much nearer another direction must be before a wheel changes between forward and backward, rad."""
 STEERING_SHARE: Final = 0.8
 """Share of the steering rate that is counted on."""
+
+_HALF_TURNS: Final = np.pi * np.arange(-3, 4)[:, None]
+"""From the direction of a velocity to the headings that a wheel may have along or against it, rad."""
+_BACKWARD: Final = (np.arange(-3, 4) % 2).astype(bool)[:, None]
+"""Which of them are against it."""
+_LEGS: Final = np.arange(4)
 
 Pose = tuple[float, float, float]
 """x, y (m), yaw (rad)."""
@@ -115,30 +122,26 @@ class ReferenceMaker:
     ) -> Reference:
         """Moves on by `elapsed` s, and returns the reference of the next `count` intervals."""
         aligned, wait = self._alignment(state, command, clock)
-        self._pose, self._twist = self._advance(self._pose, self._twist, command, clock, elapsed, aligned)
+        wanted = self._wanted_by_pose(command, clock)
+        here = wanted(self._pose)
+        self._pose, self._twist = self._advance(self._pose, self._twist, here, elapsed, aligned)
         self._pose = self._on_leash(self._pose, state)
         change = command.height_change - self._height_change
-        self._height_change += float(np.clip(change, -HEIGHT_RATE * elapsed, HEIGHT_RATE * elapsed))
+        self._height_change += max(-HEIGHT_RATE * elapsed, min(HEIGHT_RATE * elapsed, change))
         pose, twist = self._pose, self._twist
-        poses, twists = np.empty((3, count + 1)), np.empty((3, count + 1))
+        ahead = []
         for k in range(count + 1):
-            poses[:, k], twists[:, k] = pose, twist
+            ahead.append((*pose, *twist))
             scale = aligned if k * interval < wait else 1.0
-            pose, twist = self._advance(pose, twist, command, clock, interval, scale)
+            pose, twist = self._advance(pose, twist, wanted(pose), interval, scale)
+        poses, twists = np.array(ahead).T.reshape(2, 3, count + 1)
         return self._with_wheels(state, poses, twists, interval, command, clock)
 
     # -- the pose ----------------------------------------------------------------------------------------
 
     def _advance(
-        self,
-        pose: Pose,
-        twist: Twist,
-        command: VelocityCommand | PoseCommand,
-        clock: GaitClock,
-        time: float,
-        scale: float,
+        self, pose: Pose, twist: Twist, wanted: Twist, time: float, scale: float
     ) -> tuple[Pose, Twist]:
-        wanted = self._wanted(pose, command, clock)
         forward, lateral, turn = (scale * value for value in wanted)
         limits = self._limits
         dx, dy = forward - twist[0], lateral - twist[1]
@@ -169,6 +172,15 @@ class ReferenceMaker:
             here = (float(state.com_position[0]), float(state.com_position[1]), float(state.euler[0]))
             return self._wanted(here, command, clock)
         return self._wanted(self._pose, command, clock)
+
+    def _wanted_by_pose(
+        self, command: VelocityCommand | PoseCommand, clock: GaitClock
+    ) -> Callable[[Pose], Twist]:
+        """The twist that the command asks for, by the pose: velocities are the same everywhere."""
+        if isinstance(command, PoseCommand):
+            return lambda pose: self._wanted(pose, command, clock)
+        everywhere = self._wanted(self._pose, command, clock)
+        return lambda _: everywhere
 
     def _wanted(self, pose: Pose, command: VelocityCommand | PoseCommand, clock: GaitClock) -> Twist:
         """The twist that the command asks for at a pose."""
@@ -226,16 +238,13 @@ class ReferenceMaker:
     def _steering(self, velocity: Array, steering: Array, moves: NDArray[np.bool_]) -> tuple[Array, Array]:
         """σ − θz along or against a velocity, and which of the two, (4,) each."""
         angle = np.arctan2(velocity[1], velocity[0])
-        turns = np.arange(-3, 4)[:, None]
-        candidates = angle + np.pi * turns
-        backward = (turns % 2).astype(bool)
-        distance = np.abs(candidates - steering) + STICKY * (backward != self._backward)
+        candidates = angle + _HALF_TURNS
+        distance = np.abs(candidates - steering) + STICKY * (self._backward != _BACKWARD)
         outside = np.maximum(self._low - candidates, candidates - self._high)
         distance = distance + 100.0 * np.maximum(outside, 0.0)
         best = distance.argmin(axis=0)
-        legs = np.arange(4)
-        goal = candidates[best, legs]
-        return np.where(moves, goal, steering), np.where(moves, backward[best, 0], self._backward)
+        goal = candidates[best, _LEGS]
+        return np.where(moves, goal, steering), np.where(moves, _BACKWARD[best, 0], self._backward)
 
     def _with_wheels(
         self,

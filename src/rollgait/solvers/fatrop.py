@@ -68,7 +68,7 @@ def make_solver(transcribed: Solvable, kernels: bool = True) -> Fatrop | DirectF
     if kernels:
         use_fast_products()
     try:
-        return DirectFatrop(transcribed.nlp, structure, OPTIONS, WARM_OPTIONS)
+        return DirectFatrop(transcribed.nlp, structure, OPTIONS, WARM_OPTIONS, kernels)
     except InterfaceError as error:
         if not ca.has_nlpsol("fatrop"):
             raise InputError("solver", "fatrop", "is not part of this CasADi", ["ipopt"]) from None

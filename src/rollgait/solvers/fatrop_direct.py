@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.solvers.budget import Repair
+from rollgait.solvers.compiled_evaluation import library
 from rollgait.solvers.fatrop_engine import FatropEngine, Options
 from rollgait.solvers.linear_algebra import linear_algebra
 from rollgait.solvers.refusal import refuse_unsolvable
@@ -24,6 +25,11 @@ Array = NDArray[np.float64]
 class DirectFatrop:
     """A solver for one NLP with stages, built once, solved as often as needed.
 
+    Args:
+        nlp, structure: the problem.
+        options, warm_options: of fatrop; the latter for a guess near the solution.
+        kernels: whether what evaluates the problem is compiled, where there is a compiler.
+
     Raises:
         InterfaceError: the library is not the expected one.
     """
@@ -32,14 +38,22 @@ class DirectFatrop:
     real_time = True
     runs_side_by_side = True  # each has its own memory
 
-    def __init__(self, nlp: Nlp, structure: Structure, options: Options, warm_options: Options) -> None:
+    def __init__(
+        self,
+        nlp: Nlp,
+        structure: Structure,
+        options: Options,
+        warm_options: Options,
+        kernels: bool = False,
+    ) -> None:
         self.nlp, self._structure = nlp, structure
         self._options, self._warm_options = options, warm_options
         self.linear_algebra = linear_algebra()
+        self._compiled = library() if kernels else None
         self._engine = self._make_engine()
 
     def _make_engine(self) -> FatropEngine:
-        return FatropEngine(self.nlp, self._structure, self._options, self._warm_options)
+        return FatropEngine(self.nlp, self._structure, self._options, self._warm_options, self._compiled)
 
     def solve(
         self,

@@ -73,20 +73,16 @@ class Stats(Structure):
 PANEL = 4
 """Rows of a panel, D_PS of the BLASFEO target in the wheel."""
 
-_doubles, _matrices = POINTER(c_double), POINTER(Matrix)
 GetDimension = CFUNCTYPE(c_int, c_int, c_void_p)
 GetNumber = CFUNCTYPE(c_int, c_void_p)
-GetStageValues = CFUNCTYPE(c_int, _doubles, c_int, c_void_p)
-GetValues = CFUNCTYPE(c_int, _doubles, c_void_p)
-GetBounds = CFUNCTYPE(c_int, _doubles, _doubles, c_int, c_void_p)
-FullHessian = CFUNCTYPE(
-    c_int, c_double, _doubles, _doubles, _doubles, _doubles, _matrices, POINTER(Dims), c_void_p
-)
-FullJacobian = CFUNCTYPE(
-    c_int, _doubles, _doubles, _doubles, _matrices, _matrices, _matrices, POINTER(Dims), c_void_p
-)
-FullViolation = CFUNCTYPE(c_int, _doubles, _doubles, _doubles, _doubles, POINTER(Dims), c_void_p)
-FullObjective = CFUNCTYPE(c_int, c_double, _doubles, _doubles, _doubles, _doubles, POINTER(Dims), c_void_p)
+# (numbers are handed on as addresses: ctypes makes no object for those)
+GetStageValues = CFUNCTYPE(c_int, c_void_p, c_int, c_void_p)
+GetValues = CFUNCTYPE(c_int, c_void_p, c_void_p)
+GetBounds = CFUNCTYPE(c_int, c_void_p, c_void_p, c_int, c_void_p)
+FullHessian = CFUNCTYPE(c_int, c_double, *[c_void_p] * 7)
+FullJacobian = CFUNCTYPE(c_int, *[c_void_p] * 8)
+FullViolation = CFUNCTYPE(c_int, *[c_void_p] * 6)
+FullObjective = CFUNCTYPE(c_int, c_double, *[c_void_p] * 6)
 
 SKIP = 1
 """What a full evaluation returns to say that the functions of single stages need not be called."""
@@ -160,6 +156,7 @@ def _declare(loaded: ctypes.CDLL) -> None:
         ("set_option_double", c_int, [c_void_p, c_char_p, c_double]),
         ("set_option_int", c_int, [c_void_p, c_char_p, c_int]),
         ("get_primal", POINTER(Vector), [c_void_p]),
+        ("get_dual", POINTER(Vector), [c_void_p]),
         ("get_dims", POINTER(Dims), [c_void_p]),
         ("get_stats", POINTER(Stats), [c_void_p]),
     ):

@@ -94,6 +94,24 @@ class JacobianFill:
         unequal[self._bound_entry.place] = 1.0
         unequal[self._bound_row.place] = w[rows.bounded]
 
+    def make_ready(self) -> None:
+        """Sets what nobody writes to zero, unless that has been done."""
+        for memory in self._memories:
+            memory.make_ready()
+
+    @property
+    def parts(self) -> list[tuple[Array, Index, Index, Index]]:
+        """Of each of the three: its memory, where its derivatives go, which they are, where its rows go."""
+        return [
+            (memory.data, derivative.place, source, below.place)
+            for memory, (derivative, source, below) in zip(self._memories, self._parts, strict=True)
+        ]
+
+    @property
+    def of_bounds(self) -> tuple[Index, Index]:
+        """Where bounds of variables have their derivatives and their values, in the third memory."""
+        return self._bound_entry.place, self._bound_row.place
+
     def untouched(self) -> list[Array]:
         """What nobody is to write to, of each of the three: neither derivatives nor rows stand there."""
         bounds = [np.empty(0, dtype=np.intp)] * 2 + [self._bound_entry.place]
@@ -167,6 +185,20 @@ class HessianFill:
         data[place.last_rows.place] = 0.0
         data[place.below.place] = first[place.slopes]
         data[place.bound.place] += bound_multipliers
+
+    def make_ready(self) -> None:
+        """Sets what nobody writes to zero, unless that has been done."""
+        self._memory.make_ready()
+
+    @property
+    def data(self) -> Array:
+        """The memory."""
+        return self._memory.data
+
+    @property
+    def places(self) -> _HessianPlaces:
+        """Where what goes in it."""
+        return self._places
 
     def untouched(self) -> list[Array]:
         """What nobody is to write to: neither derivatives nor the last rows stand there."""

@@ -91,6 +91,11 @@ class Rows:
         """Lower and upper limits of all inequalities, stage after stage: always the same memory."""
         return self._limits[0], self._limits[1]
 
+    @property
+    def begins(self) -> tuple[list[int], list[int]]:
+        """How many limits and how many variables come before each stage, and altogether."""
+        return self._first, self._begin
+
     def bounds(self, k: int) -> slice:
         """Which of the limits are those of a stage."""
         return slice(self._first[k], self._first[k + 1])

@@ -18,6 +18,7 @@ import logging
 import os
 import sys
 import threading
+from contextlib import suppress
 from ctypes import CFUNCTYPE, POINTER, byref, c_double, c_int, c_long, c_void_p
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ import numpy as np
 
 from rollgait.solvers import fatrop_library as c
 from rollgait.solvers.kernels import machine_code
-from rollgait.solvers.product_code import FLAGS, FUNCTION, SOURCE
+from rollgait.solvers.product_code import ESTIMATE, FLAGS, FUNCTION, SOURCE
 from rollgait.solvers.two_stages import error_of_two_stages
 from rollgait.solvers.watched_here import CallHere, caller, comes_back
 
@@ -75,12 +76,17 @@ def _put_in_front() -> ctypes.CDLL | None:
     if os.environ.get(SWITCH, "").lower() == "off" or not sys.platform.startswith("linux"):
         return None
     try:
-        _, blasfeo = c.library_files()
+        fatrop, blasfeo = c.library_files()
     except c.InterfaceError as error:
         log.info("%s: planning without a product of our own", error)
         return None
     ours = machine_code(lambda: SOURCE, SOURCE, FLAGS, _load)
-    return ours if ours is not None and _is_of_use(ours, blasfeo) else None
+    if ours is None:
+        return None
+    with suppress(OSError, AttributeError):  # who has no estimate by this name makes his own
+        own_estimate = getattr(ctypes.CDLL(str(fatrop)), ESTIMATE)
+        ours.rollgait_own_estimate(ctypes.cast(own_estimate, c_void_p))
+    return ours if _is_of_use(ours, blasfeo) else None
 
 
 def _load(library: Path) -> ctypes.CDLL:
@@ -88,6 +94,7 @@ def _load(library: Path) -> ctypes.CDLL:
     loaded = ctypes.CDLL(str(library), mode=ctypes.RTLD_LOCAL)
     loaded.rollgait_use_instead.argtypes = [c_void_p]
     loaded.rollgait_calls_instead.restype = c_long
+    loaded.rollgait_own_estimate.argtypes = [c_void_p]
     if not _multiplies(getattr(loaded, FUNCTION)):
         raise OSError("the compiled matrix product is wrong on this machine")
     ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)

@@ -5,6 +5,10 @@ controller takes. So a solve that somebody waits for runs in the caller's own th
 end are factorisations, these are made of products, and the product is ours: it looks now and then whether
 there was a sign of life lately, and leaves by `longjmp` if there was none. What it leaves is in no order, and
 never used again.
+
+The same library stands in front of one function of fatrop's own, which finds multipliers of equations before
+the first iteration, by a factorisation as long as that of an iteration. Where Hessians do not depend on
+multipliers (Gauss-Newton) the step of an iteration does not either, so who makes one or two leaves it out.
 """
 
 from __future__ import annotations
@@ -13,6 +17,9 @@ from rollgait.solvers.kernels import FOR_THIS_PROCESSOR
 
 FUNCTION = "kernel_dgemm_nt_4x4_lib4"
 """D = α A Bᵀ + β C with A, B panels of 4 rows and kmax columns, C and D of 4 × 4, all column-major."""
+
+ESTIMATE = "_ZN6fatrop19IpEqMultInitializerINS_7OcpTypeEE18initialize_eq_multEb"
+"""Fatrop's estimate of the multipliers of equations; after a restoration its argument is true."""
 
 LOOK_EVERY = 10_000
 """Products between two looks at the clock: a few tenths of a millisecond."""
@@ -26,6 +33,7 @@ SOURCE = f"""
 struct watch {{ /* shared with the caller */
     volatile long signs; /* of life, so far */
     double patience; /* longest silence, s of this thread's processor time */
+    long estimates; /* whether multipliers are found before the first iteration */
 }};
 
 struct guard {{
@@ -69,6 +77,20 @@ int rollgait_call_watched(int (*call)(void *), void *argument, struct watch *wat
     *result = call(argument);
     guard = own.outer;
     return 1;
+}}
+
+/* -- the estimate of multipliers ------------------------------------------------------------------------- */
+
+typedef void estimate(void *, _Bool);
+
+static estimate *own_estimate;
+
+void rollgait_own_estimate(estimate *own) {{ own_estimate = own; }}
+
+void {ESTIMATE}(void *of, _Bool restored)
+{{
+    if (own_estimate && (restored || !guard || guard->watch->estimates))
+        own_estimate(of, restored);
 }}
 
 /* -- the product ----------------------------------------------------------------------------------------- */

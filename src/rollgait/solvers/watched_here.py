@@ -20,9 +20,10 @@ Task = CFUNCTYPE(c_int, c_void_p)
 
 
 class Watch(ctypes.Structure):
-    """Signs of life so far, and the longest silence, s of the thread's processor time."""
+    """Signs of life so far, the longest silence, s of the thread's processor time, and whether fatrop finds
+    multipliers of equations before its first iteration."""
 
-    _fields_: ClassVar = [("signs", c_long), ("patience", c_double)]
+    _fields_: ClassVar = [("signs", c_long), ("patience", c_double), ("estimates", c_long)]
 
 
 CallHere = Callable[[Any, c_void_p, Watch], int]

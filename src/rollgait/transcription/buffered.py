@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from functools import lru_cache
 from typing import Any
 
@@ -34,4 +35,16 @@ class Buffered:
 
     def __call__(self) -> list[Array]:
         self._evaluate()
+        return self.outputs
+
+    @property
+    def outputs(self) -> list[Array]:
+        """Where the outputs stand."""
         return [array[:size] for array, size in zip(self._outputs, self._sizes, strict=True)]
+
+    @property
+    def address(self) -> int:
+        """Of CasADi's buffer, for who evaluates it from C."""
+        pointer = ctypes.pythonapi.PyCapsule_GetPointer
+        pointer.restype, pointer.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+        return int(pointer(self._buffer._self(), None))

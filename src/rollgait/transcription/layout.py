@@ -28,6 +28,10 @@ class Layout:
     def __getitem__(self, name: str) -> slice:
         return self._slices[name]
 
+    def parts(self, values: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+        """Views of the groups of a vector, by name."""
+        return {name: values[place] for name, place in self._slices.items()}
+
     def index(self, name: str) -> NDArray[np.intp]:
         """Numbers of the entries of a group."""
         return np.arange(self.size)[self._slices[name]]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import Final, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +71,14 @@ class FollowedSwing(TimedSwing):
         z, rate = self.path.foot_height(own.leg, own.lift_off + passed * (own.touch_down - own.lift_off))
         begin, end = begin - from_z, end - to_z - self.sunk
         return z + (1.0 - passed) * begin + passed * end, rate * stretch + (end - begin) / length
+
+    @classmethod
+    def lifts(cls, swings: Sequence[Self], times: Array) -> tuple[Array, Array]:
+        height, rate = np.zeros((2, len(swings), times.size))
+        for number, swing in enumerate(swings):
+            inside = (times > swing.lift_off) & (times < swing.touch_down)
+            height[number, inside], rate[number, inside] = swing.over(times[inside], 0.0, 0.0, 0.0)
+        return height, rate
 
     def _going_on(self, times: Array, end: float) -> tuple[Array, Array]:
         """The same of a swing that had begun before its plan: from where the plan has the foot."""
