@@ -20,6 +20,10 @@ PAUSE: Final = 1.0
 PACES: Final = (1.0, 1.5)
 """How much longer than usual all takes."""
 
+WEIGHTS: Final = {"goal": 5.0, "force": 0.3}
+"""Times the usual weight, where the scenario gives none: a base that is held to its way, on forces that may
+change as friction asks for, is found in half the iterations, and where it was not found before."""
+
 
 def skidding(scenario: Scenario) -> Iterator[Candidate]:
     """The candidates for robots on wheels that may skid, on flat ground: the quickest way first.
@@ -60,4 +64,9 @@ def _values(scenario: Scenario, ways: list[SkidWay]) -> tuple[dict[str, object],
         poses, begins = [ways[0].poses[0]], [0.0]
     interval = scenario.interval
     horizon = round(float(interval * np.ceil((now + PAUSE) / interval - 1e-9)), 6)
-    return {"goal": goals_along(np.array(poses), begins[1:]), "horizon": horizon}, horizon
+    weights: dict[str, object] = {
+        f"weights.{name}": round(times * float(scenario.value_of("weights", name)), 9)
+        for name, times in WEIGHTS.items()
+        if getattr(scenario.weights, name) is None
+    }
+    return {**weights, "goal": goals_along(np.array(poses), begins[1:]), "horizon": horizon}, horizon

@@ -34,6 +34,8 @@ NEAR: Final = 2e-3
 """m; a goal that is so near is turned to, not driven to: legs that move in planes sway by that much."""
 ALONG: Final = 1e-2
 """Sine of the angle between two headings below which drives along them do not lead to the side."""
+DETOUR: Final = 2.0
+"""Drives along two headings that are longer, in straight ways, are not proposed: they leave the known place."""
 
 
 @dataclass(frozen=True)
@@ -136,6 +138,9 @@ def _driving_first(a: Array, b: Array, heading: float) -> Sequence[Array] | None
     along = np.array([[np.cos(yaw + heading), np.sin(yaw + heading)] for yaw in (a[2], b[2])])
     if abs(np.linalg.det(along)) < ALONG:
         return None
-    first, _ = np.linalg.solve(along.T, b[:2] - a[:2])
+    way = b[:2] - a[:2]
+    first, last = np.linalg.solve(along.T, way)
+    if abs(first) + abs(last) > DETOUR * np.hypot(*way):
+        return None
     corner = a[:2] + first * along[0]
     return [a, np.array([*corner, a[2]]), np.array([*corner, b[2]]), b]
