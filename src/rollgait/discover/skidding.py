@@ -15,8 +15,8 @@ from rollgait.footing.pace import goal_times, poses_of
 from rollgait.footing.skidding import SkidWay, skid_ways, skids
 from rollgait.scenario.scenario import Scenario
 
-PAUSE: Final = 1.0
-"""At the end, in which wheels come to rest and stick, s."""
+PAUSE: Final = 2.5
+"""At the end, s: wheels come to rest and stick, and a robot with feedback turns to where it should be."""
 PACES: Final = (1.0, 1.5)
 """How much longer than usual all takes."""
 

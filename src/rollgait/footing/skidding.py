@@ -35,7 +35,7 @@ NEAR: Final = 2e-3
 ALONG: Final = 1e-2
 """Sine of the angle between two headings below which drives along them do not lead to the side."""
 DETOUR: Final = 2.0
-"""Drives along two headings that are longer, in straight ways, are not proposed: they leave the known place."""
+"""In straight ways: drives along two headings that are longer are not proposed, as they lead far away."""
 
 
 @dataclass(frozen=True)

@@ -34,8 +34,8 @@ UNWIND_TIME: Final = 0.1
 LEAD_GAIN: Final = 5.0
 """Turn towards its way per distance aside from it of a base that drives, rad/m."""
 
-LEAD_MAX: Final = 0.1
-"""Largest such turn, rad."""
+LEAD_MAX: Final = 0.05
+"""Largest such turn, rad: it is to be taken back at the end, slowly."""
 
 DRIVES: Final = 0.05
 """m/s; at this speed half of it is made: a turn leads nowhere while the base does not drive."""
