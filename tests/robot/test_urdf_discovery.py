@@ -155,9 +155,9 @@ def test_who_turns_in_no_other_way_is_given_wheels_that_skid(
 ) -> None:
     said = {finding.name: finding for finding in imported.findings}
     skids = look.foot == "fixed" and not look.hip_roll
-    slips = {leg.slip_max or 0.0 for leg in imported.robot.leg_list}
+    slips = [leg.slip_max or 0.0 for leg in imported.robot.leg_list]
     farthest = np.abs(imported.robot.stance[:, 0]).max()
-    assert slips == {pytest.approx(0.1 * farthest * skids, abs=1e-3)}
+    assert slips == pytest.approx([0.1 * farthest * skids] * 4, abs=1e-3)
     assert ("turns" in said) == ("lateral slip" in said) == skids
 
 
@@ -166,7 +166,7 @@ def test_wheels_skid_only_where_the_file_of_the_legs_says_so(tmp_path: Path) -> 
     urdf.write_text(LOOKALIKES["fixed-planar"].urdf())
     legs = rg.import_robot(urdf).save(tmp_path / "mine.yaml").legs
     found = legs.read_text()
-    assert "\nplanner:\n" in found
+    assert "\nplanner: {slip_max: " in found
     legs.write_text(found[: found.index("planner:")])
     without = rg.import_robot(urdf, legs=legs)
     assert without.robot.legs.FL.slip_max is None
