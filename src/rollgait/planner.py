@@ -198,15 +198,13 @@ class Planner:
     ) -> Plan:
         """The plan of a scenario whose gait is to be found; `planned` is `_planned` with its starts."""
         from rollgait.discover.search import (  # here: it needs SciPy
-            ITERATIONS,
-            ITERATIONS_ON,
             MENDINGS,
             discover,
+            iterations,
         )
 
         def plan_one(scenario: Scenario, task: str, until: float, start: Plan | None = None) -> Plan:
-            most = ITERATIONS if start is None else ITERATIONS_ON
-            limits = Limits(until=until, iterations=most)
+            limits = Limits(until=until, iterations=iterations(scenario, start is not None))
             effort = Effort(1, MENDINGS, math.inf, limits)
             told = saying(task, progress)
             begun = planned if start is None else partial(planned, earlier=start)

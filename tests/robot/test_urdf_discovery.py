@@ -120,6 +120,7 @@ def test_what_is_written_is_read_again(look: Lookalike, imported: ImportedRobot,
     assert load_whole_body(files.legs).joints == imported.body.joints
     again = rg.import_robot(imported.body.urdf, legs=files.legs)
     assert again.robot.stance == pytest.approx(imported.robot.stance, abs=1e-4)
+    assert again.robot.legs.FL.slip_max == imported.robot.legs.FL.slip_max
     scenario = rg.Scenario.from_yaml(files.first)
     assert scenario.body.mass == pytest.approx(look.mass, rel=1e-4)
     assert (scenario.gait.kind == "drive") == (not look.hip_roll)
@@ -147,6 +148,32 @@ def test_hips_and_knees_in_closed_form(look: Lookalike, imported: ImportedRobot)
             if error < 1e-6:
                 assert leg.reaches(place[None])[0]
     assert reached.min() > 3
+
+
+def test_who_turns_in_no_other_way_is_given_wheels_that_skid(
+    look: Lookalike, imported: ImportedRobot
+) -> None:
+    said = {finding.name: finding for finding in imported.findings}
+    skids = look.foot == "fixed" and not look.hip_roll
+    slips = [leg.slip_max or 0.0 for leg in imported.robot.leg_list]
+    farthest = np.abs(imported.robot.stance[:, 0]).max()
+    assert slips == pytest.approx([0.1 * farthest * skids] * 4, abs=1e-3)
+    assert ("turns" in said) == ("lateral slip" in said) == skids
+
+
+def test_wheels_skid_only_where_the_file_of_the_legs_says_so(tmp_path: Path) -> None:
+    urdf = tmp_path / "robot.urdf"
+    urdf.write_text(LOOKALIKES["fixed-planar"].urdf())
+    legs = rg.import_robot(urdf).save(tmp_path / "mine.yaml").legs
+    found = legs.read_text()
+    assert "\nplanner: {slip_max: " in found
+    legs.write_text(found[: found.index("planner:")])
+    without = rg.import_robot(urdf, legs=legs)
+    assert without.robot.legs.FL.slip_max is None
+    (turns,) = [finding for finding in without.findings if finding.name == "turns"]
+    assert (turns.value, turns.known) == ("not at all", False)
+    legs.write_text(found.replace("slip_max: ", "slip_max: 1"))
+    assert rg.import_robot(urdf, legs=legs).robot.legs.HR.slip_max > 1.0
 
 
 def test_a_leg_that_swings_one_way_only_has_a_long_box(tmp_path: Path) -> None:

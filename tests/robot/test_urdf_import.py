@@ -8,6 +8,7 @@ import pytest
 
 pytest.importorskip("pinocchio", reason="needs the extra whole-body")
 
+import rollgait as rg
 from rollgait.errors import InputError
 from rollgait.robot import Robot, find_robot
 from rollgait.robot.urdf import import_robot
@@ -104,6 +105,15 @@ def test_fixed_wheels_and_point_feet() -> None:
     assert [leg.wheel_radius for leg in hyq.leg_list] == pytest.approx([0.02175] * 4)
 
 
+def test_feet_that_are_no_fixed_wheels_do_not_skid() -> None:
+    body = load_whole_body(FIXTURES / "hyq.yaml")
+    skids = body.model_copy(update={"planner": body.planner.model_copy(update={"slip_max": 0.1})})
+    with pytest.raises(
+        InputError, match=r"^planner\.slip_max: 0\.1 must not be given, as no foot is a fixed"
+    ):
+        import_robot(skids)
+
+
 def test_the_box_is_reachable_all_over() -> None:
     model = WholeBodyModel(load_whole_body(FIXTURES / "roller.yaml"))
     box = np.array(import_robot(model.config).robot.box)
@@ -128,6 +138,17 @@ def test_a_robot_that_is_written_is_read_back(tmp_path: Path) -> None:
     file.write_text(dump_yaml(robot.model_dump(mode="json", exclude_none=True)))
     assert find_robot(str(file)) == robot
     assert isinstance(robot, Robot)
+
+
+def test_a_posture_of_an_srdf_goes_before_the_one_that_is_found(tmp_path: Path) -> None:
+    text = (FIXTURES / "roller.urdf").read_text()
+    urdf = tmp_path / "bare.urdf"
+    urdf.write_text(text)
+    srdf, described = FIXTURES / "roller.srdf", import_robot(load_whole_body(FIXTURES / "roller.yaml"))
+    found = rg.import_robot(urdf, srdf=srdf, posture="stand")
+    np.testing.assert_allclose(found.robot.stance, described.robot.stance, atol=1e-4)
+    with pytest.raises(InputError, match=r"^posture: must name a group state .*; valid: stand$"):
+        rg.import_robot(urdf, srdf=srdf)
 
 
 def test_a_floating_joint_at_the_root_counts_once(roller: Path) -> None:
@@ -157,6 +178,7 @@ BAD = {
     "unreachable stance": (".yaml", "posture: stand", "posture: stand\nheight: 0.9", "stance"),
     "unknown posture": (".yaml", "posture: stand", "posture: stad", "valid: stand"),
     "unknown joint": (".yaml", "posture: stand", "posture: stand\njoints: {FL_kfee: 1.0}", "valid: FL_kfe"),
+    "no mass": (".urdf", '<mass value="20"/>', '<mass value="0"/>', "mass 0 kg must be greater than 0"),
     "no XML": (".urdf", "</robot>", "", "XML"),
     "no URDF": (".yaml", "urdf: roller.urdf", "urdf: rolle.urdf", "rolle.urdf"),
     "no radius": (".urdf", '<cylinder radius="0.1" length="0.04"/>', '<box size="1 1 1"/>', "radius"),

@@ -194,6 +194,7 @@ def test_what_is_no_schedule(data: dict[str, Any], rule: str) -> None:
     [
         ({"order": []}, "must name at least one leg"),
         ({"order": ["FL", "LF"]}, "FL"),
+        ({"order": ["FL", "FL", "HL", "HR"]}, "once, and names FL twice; valid: FL, FR, HL, HR"),
         ({"steps": 0}, "1"),
         ({"steps": 2.5}, "whole number"),
         ({"swing_fraction": 0.0}, "0"),

@@ -14,7 +14,7 @@ pytest.importorskip("pinocchio", reason="needs the extra whole-body")
 pytest.importorskip("daqp", reason="needs the extra whole-body")
 
 import rollgait as rg
-from rollgait.simulation.skid_feedback import TURN_GAIN, TURN_MAX, turning_rims, unwinding
+from rollgait.simulation.skid_feedback import TURN_GAIN, TURN_MAX, leading, turning_rims, unwinding
 from rollgait.tracking.skid import SLIPS, spin
 from tests.robot.lookalikes import LOOKALIKES
 from tests.simulation.test_feedback import asked, rolled_and_moved
@@ -94,6 +94,15 @@ def test_the_end_that_must_go_aside_slides_more_easily(a: float, b: float, turn:
     rims = np.abs(turning_rims(rectangle(a, b), turn, aside))
     in_front_more = rims[:2].min() > rims[2:].max()
     assert in_front_more == (turn > 0.0)
+
+
+@given(st.floats(-0.1, 0.1), st.floats(-0.5, 0.5))
+def test_a_base_that_drives_turns_towards_its_way(aside: float, speed: float) -> None:
+    """Driving back it turns the other way; at rest not at all."""
+    turn = leading(aside, speed)
+    assert turn * aside * speed >= 0.0
+    assert turn == -leading(-aside, speed) == -leading(aside, -speed)
+    assert leading(aside, 0.0) == 0.0
 
 
 def test_wheels_that_are_where_they_should_be_are_left_there() -> None:

@@ -49,7 +49,7 @@ def import_(
             help="Names the legs' frames and joints. Default: MODEL with .yaml; none: they are found.",
         ),
     ] = None,
-    srdf: Annotated[Path | None, typer.Option(metavar="FILE", help="SRDF with the posture.")] = None,
+    srdf: Annotated[Path | None, typer.Option(metavar="FILE", help="SRDF with the --posture.")] = None,
     posture: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="Group state of the SRDF from which the stance is derived."),

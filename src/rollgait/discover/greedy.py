@@ -133,7 +133,7 @@ def _why(scenario: Scenario) -> str:
         return ""
     return (
         f"; its wheels do not steer and its legs give way sideways by {1e3 * room:.2g} mm only: it goes "
-        "straight ahead, and turns by wheels that skid (legs.*.slip_max, gait drive)"
+        "straight ahead, and turns by wheels that skid (legs.*.slip_max)"
     )
 
 

@@ -17,12 +17,15 @@ from rollgait.discover.reserves import driving
 from rollgait.discover.steps import Steps, steps_of, steps_values
 from rollgait.errors import InputError, NotSolvedError, shortened
 from rollgait.footing.pace import poses_of
+from rollgait.footing.skidding import skids
 from rollgait.plan.plan import CandidateResult, Plan
 from rollgait.scenario.gait import Discover
 from rollgait.scenario.scenario import Scenario
 
 ITERATIONS: Final = 80
 """Of the solver for each solve of a candidate: who needs more mostly gets nowhere."""
+ITERATIONS_SKIDDING: Final = 200
+"""The same of a candidate that skids: the law of friction takes 50 to 150, however good the guess is."""
 MENDINGS: Final = 3
 """Looks of the judge at a candidate: one that is not mended at once is worse than the next."""
 DIGITS: Final = 4
@@ -37,6 +40,13 @@ NOT_KEPT: Final = "certified, not kept"
 """Outcome of a gait whose steps, or the want of them, cost more than those of the one that was found."""
 OUTCOME: Final = 200
 """Longest outcome that is kept, characters."""
+
+
+def iterations(scenario: Scenario, is_changed: bool) -> int:
+    """The most for each solve of a candidate; `is_changed` if it begins from a motion that was found."""
+    if is_changed:
+        return ITERATIONS_ON
+    return ITERATIONS_SKIDDING if skids(scenario) and scenario.schedule.contact.all() else ITERATIONS
 
 
 class PlanOne(Protocol):

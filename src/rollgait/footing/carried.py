@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rollgait.footing.footing import FEET, Array, Index
-from rollgait.footing.pace import goal_times, poses_of
+from rollgait.footing.pace import goal_times, poses_of, ramped
 from rollgait.robot.robot import Robot, turn_lever
 from rollgait.scenario.scenario import Scenario
 
@@ -376,10 +376,4 @@ def _shares(length: float, speed: float) -> Array:
     duration = length / speed + ramp
     count = int(np.ceil(duration / STEP))
     time = np.arange(1, count + 1) / count * duration
-    return np.asarray((_ramp(time, ramp) - _ramp(time - (duration - ramp), ramp)) / (duration - ramp))
-
-
-def _ramp(time: Array, ramp: float) -> Array:
-    """Integral of a minimum-jerk rise from 0 to 1 within `ramp`."""
-    s = np.clip(time / ramp, 0.0, 1.0)
-    return np.asarray(ramp * s**4 * (2.5 - 3.0 * s + s**2) + np.maximum(time - ramp, 0.0))
+    return ramped(time, duration, ramp)

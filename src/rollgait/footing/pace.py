@@ -27,6 +27,17 @@ ARRIVED: Final = 0.98
 """Part of its way that it must have made in the time that there is: else it would still be on its way."""
 
 
+def ramped(times: Array, duration: float, ramp: float) -> Array:
+    """Part of a way that has been gone, (n,): at rest at both ends, minimum-jerk ramps, evenly between."""
+    return np.asarray((_rise(times, ramp) - _rise(times - (duration - ramp), ramp)) / (duration - ramp))
+
+
+def _rise(times: Array, ramp: float) -> Array:
+    """Integral of a minimum-jerk rise from 0 to 1 within `ramp`."""
+    s = np.clip(times / ramp, 0.0, 1.0)
+    return np.asarray(ramp * s**4 * (2.5 - 3.0 * s + s**2) + np.maximum(times - ramp, 0.0))
+
+
 def driving_time(scenario: Scenario, change: Array, available: float) -> float:
     """Time that wheels take for a change of pose (x, y, yaw), m and rad, at most what there is, s."""
     way, speed = _way_and_speed(scenario, change)

@@ -16,6 +16,7 @@ from rollgait.dynamics.wrench import wrench_numbers
 from rollgait.errors import InputError, UnknownNameError
 from rollgait.footing.beneath import Beneath, BodyPath, Underside, beneath
 from rollgait.footing.footing import Footing
+from rollgait.footing.skidding import skid_route, skids
 from rollgait.ocp import body, boundary, contact, costs, friction, limb, limits, skid, support
 from rollgait.ocp.lift import InAir, lift
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
@@ -128,13 +129,21 @@ class Problem:
         mesh = self.schedule.mesh
         return np.asarray(np.maximum(mesh.lengths_before, mesh.lengths))
 
+    @property
+    def skids(self) -> bool:
+        """Whether the robot turns by wheels that slip sideways, and by no step."""
+        return skids(self.scenario) and bool(self.schedule.contact.all())
+
     @cached_property
     def goals(self) -> Array:
         """Goal pose (x, y, z, yaw, pitch, roll) of each interval, shape (6, N): that of its middle.
 
-        Height and tilt are those that the ground asks for there and then.
+        Height and tilt are those that the ground asks for there and then. Of a robot that skids it is the
+        pose on its way: the straight way to its goal it cannot go.
         """
         goals = self.scenario.goal_at(self.schedule.mesh.middles).T
+        if self.skids:
+            goals[[0, 1, 3]] = skid_route(self.scenario, self.schedule.mesh.middles).T
         if not self.footing.is_flat:
             middle = 0.5 * (self.footing.base[:-1] + self.footing.base[1:])
             goals[2] = middle[:, 0] + self.robot.height

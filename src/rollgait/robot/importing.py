@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from rollgait.errors import FileError, MissingExtraError
+from rollgait.errors import MISSING, FileError, InputError, MissingExtraError
 from rollgait.robot.model_files import model_file
 from rollgait.robot.whole_body import (
     EXTRA,
@@ -34,8 +34,8 @@ def import_robot(
             where that is installed.
         legs: file that names the legs' frames and joints; if not given the .yaml beside the URDF; if there is
             none, they are found by chains, symmetry and axes.
-        srdf: SRDF with the posture.
-        posture: group state of the SRDF from which the stance is derived.
+        srdf: SRDF with the posture; only that is read of it.
+        posture: group state of the SRDF from which the stance is derived; must be given with an SRDF.
 
     Raises:
         InputError: a file is wrong or missing, or the legs must be named.
@@ -54,8 +54,15 @@ def import_robot(
         from rollgait.robot.urdf_discovery import discover
 
         body = discover(Path(place))
-    given = {"srdf": srdf and str(_existing("srdf", Path(srdf))), "posture": posture}
+    given: dict[str, Any] = {"srdf": srdf and str(_existing("srdf", Path(srdf))), "posture": posture}
+    if found and posture is not None:
+        given["joints"] = {}  # those that were found would be over those of the SRDF
     body = body.model_copy(update={key: value for key, value in given.items() if value is not None})
+    if srdf is not None and body.posture is None:
+        from rollgait.robot.urdf_files import posture_names
+
+        rule = "must name a group state of the SRDF, of which nothing else is read"
+        raise InputError("posture", MISSING, rule, posture_names(str(body.srdf)))
     return import_body(body, None if file is None else str(file.absolute()), found=found)
 
 

@@ -26,6 +26,7 @@ from rollgait.robot.urdf_reach import (
     reachable_box,
     steering_ranges,
 )
+from rollgait.robot.urdf_skid import slip_to_turn
 from rollgait.robot.urdf_stance import Stance, nominal_stance
 from rollgait.robot.urdf_underside import find_underside
 from rollgait.robot.whole_body import WholeBody
@@ -105,6 +106,13 @@ def import_robot(
     if box is None and body.planner.box is None:
         rule = "cannot be found: the feet do not reach 2 mm about the nominal stance; give planner.box"
         raise InputError("box", body.name, rule)
+    if body.planner.slip_max is not None and all(foot_kind(chain) != "fixed" for chain in model.legs):
+        rule = "must not be given, as no foot is a fixed wheel"
+        raise InputError("planner.slip_max", body.planner.slip_max, rule)
+    slip = slip_to_turn(model, stance, PLANAR if box is None else float(box[1]))
+    if found and slip is not None:
+        planner = body.planner.model_copy(update={"slip_max": slip})
+        body = body.model_copy(update={"planner": planner})
     steering_box = np.array(body.planner.steering_box or (box if box is not None else body.planner.box))
     ranges = steering_ranges(model, stance, steering_box)
     limbs = [find_limb(model, stance, i, body.planner) for i in range(len(LEG_NAMES))]
@@ -132,6 +140,7 @@ def import_robot(
     robot = validate(Robot, data, "robot")
     findings = [*_legs(body)] if found else []
     findings += _findings(model, robot, box, steering_box, limbs, found)
+    findings += _turning(body.planner.slip_max, slip, found)
     return ImportedRobot(robot, tuple(findings), body, found)
 
 
@@ -165,7 +174,8 @@ def _leg(
             round(float(limit), 4) if np.isfinite(limit) else SPEED_UNKNOWN
         )
     if data["foot"] == "fixed":
-        data["heading"] = round(float(stance.state.heading[leg]), 6) + 0.0  # not 0.0
+        data["heading"] = round(float(stance.state.heading[leg]), 6) + 0.0  # not −0.0
+        data["slip_max"] = choices.slip_max
     if chain.steering is not None and steering is not None:
         rate = float(model.velocity_max[chain.steering - BASE_V])
         data["steering"] = [round(steering[0], 4), round(steering[1], 4)]
@@ -260,6 +270,19 @@ def _findings(
     source = "chosen" if choices.force_max else "default: the robot's weight"
     found.append(Finding("contact force", f"{first.force_max:g} N", source, known=False))
     return found
+
+
+def _turning(slip_max: float | None, slip: float | None, found: bool) -> Iterator[Finding]:
+    """How a robot on fixed wheels turns whose legs give no way sideways, or whose wheels may slip."""
+    if slip_max is not None:
+        source = "chosen, as it turns in no other way" if found else "chosen"
+        yield Finding("lateral slip", f"{slip_max:g} m/s at most", source, known=False)
+        promise = (
+            "slip and friction of plans at the ground's friction, with feedback; other ground is not known"
+        )
+        yield Finding("turns", "by wheels that skid, on flat ground", promise, known=False)
+    elif slip is not None:
+        yield Finding("turns", "not at all", f"unless planner.slip_max: {slip:g} is given", known=False)
 
 
 def _legs(body: WholeBody) -> Iterator[Finding]:

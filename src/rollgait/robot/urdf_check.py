@@ -125,6 +125,8 @@ def _check_link(part: _Part) -> None:
         if mass < 0.0:
             part.wrong(f"whose mass {mass:g} kg must not be negative")
         inertia = part.child("inertia", inertial)
+        if mass == 0.0 and any(part.number(inertia, key) != 0.0 for key in (*_MOMENTS, *_PRODUCTS)):
+            part.wrong("whose mass 0 kg must be greater than 0, as it has an inertia")
         largest = mass * LENGTH_MAX**2
         moments = [part.number(inertia, key, largest) for key in _MOMENTS]
         for key in _PRODUCTS:

@@ -22,6 +22,10 @@ NAME_MAX: Final = 60
 """Characters of a robot's name."""
 
 _HEAD: Final = "# Found by chains, symmetry and axes. Correct what is wrong, and import again.\n"
+_SKIDS: Final = """\
+# Legs give no way sideways: the robot turns by wheels that slip sideways, no faster than this (m/s). Without
+# it the robot goes straight ahead only.
+"""
 
 
 def discover(file: Path) -> WholeBody:
@@ -62,7 +66,9 @@ def described(body: WholeBody) -> str:
     """The file of the legs, as text for people to correct."""
     data = body.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
     order = ("name", "urdf", "srdf", "posture", "height", "legs", "joints")
-    return _HEAD + dump_yaml({key: data[key] for key in order if key in data})
+    text = _HEAD + dump_yaml({key: data[key] for key in order if key in data})
+    slip_max = body.planner.slip_max
+    return text if slip_max is None else text + _SKIDS + dump_yaml({"planner": {"slip_max": slip_max}})
 
 
 def robot_name(file: Path) -> str:

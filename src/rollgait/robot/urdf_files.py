@@ -159,7 +159,7 @@ def read_posture(path: str | Path, name: str) -> dict[str, float]:
         UnknownNameError: it has no group state of this name.
     """
     file = Path(path)
-    states = {s.get("name", ""): s for s in read_xml("srdf", file).iter("group_state")}
+    states = _group_states(file)
     if name not in states:
         raise UnknownNameError("posture", name, states, f"is not a group state of {file.name}")
     angles = {}
@@ -173,6 +173,15 @@ def read_posture(path: str | Path, name: str) -> dict[str, float]:
             raise FileError("srdf", str(file), rule)
         angles[joint.get("name", "")] = angle
     return angles
+
+
+def posture_names(path: str | Path) -> list[str]:
+    """Names of the group states of an SRDF. Raises `FileError`."""
+    return list(_group_states(Path(path)))
+
+
+def _group_states(file: Path) -> dict[str, ET.Element]:
+    return {state.get("name", ""): state for state in read_xml("srdf", file).iter("group_state")}
 
 
 def _joints(root: ET.Element) -> Iterator[Joint]:

@@ -111,6 +111,8 @@ class Choices(Config):
     """Limit of |σ̇|, rad/s; that of the steering joint if not given."""
     speed_max: Positive | None = None
     """Limit of the rolling speed, m/s; the rim speed at the wheel joint's limit if not given."""
+    slip_max: Positive | None = None
+    """How fast fixed wheels may slip sideways, m/s; not at all if not given."""
     force_max: Positive | None = None
     """Limit of the normal contact force, N; the robot's weight if not given."""
     extension: Range | None = None

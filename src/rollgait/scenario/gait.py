@@ -31,6 +31,10 @@ PAIR_SWING: Final = 0.6
 def _has_legs(value: tuple[LegName, ...]) -> tuple[LegName, ...]:
     if not value:
         raise ValueError("must name at least one leg")
+    if twice := [leg for leg in LEG_NAMES if value.count(leg) > 1]:
+        # the order is repeated: a leg in it twice would step more often than others, or twice in a row
+        valid = ", ".join(LEG_NAMES)
+        raise ValueError(f"must name no leg more than once, and names {twice[0]} twice; valid: {valid}")
     return value
 
 

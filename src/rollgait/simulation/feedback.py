@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from rollgait.angles import turned
 from rollgait.simulation.leg_shift import LegShift
 from rollgait.simulation.report import rotation_matrices
-from rollgait.simulation.skid_feedback import turning_rims, unwinding
+from rollgait.simulation.skid_feedback import leading, turning_rims, unwinding
 from rollgait.simulation.world import World
 from rollgait.tracking.joints import JointTrajectory
 from rollgait.tracking.tasks import rotation_vector
@@ -154,7 +154,8 @@ class BaseFeedback:
             if self._skids:
                 to_the_left = np.array([-along[1], along[0]])
                 lever = self._lever(k) @ np.stack([along, to_the_left], axis=1)
-                rims += turning_rims(lever, turned_by, float(away @ to_the_left))
+                aside = float(away @ to_the_left)
+                rims += turning_rims(lever, turned_by + leading(aside, float(np.mean(speed))), aside)
             rolling = self._roll(rims, stance & self._has_wheel)
             steering_rate = self._steer(k, np.zeros(2), turned_by, speed)
             across = away - (away @ along) * along

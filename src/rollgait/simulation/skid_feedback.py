@@ -31,6 +31,15 @@ ASIDE_MAX: Final = 0.5
 UNWIND_TIME: Final = 0.1
 """Time constant with which wheels are let go to where they are, s."""
 
+LEAD_GAIN: Final = 5.0
+"""Turn towards its way per distance aside from it of a base that drives, rad/m."""
+
+LEAD_MAX: Final = 0.05
+"""Largest such turn, rad: it is to be taken back at the end, slowly."""
+
+DRIVES: Final = 0.05
+"""m/s; at this speed half of it is made: a turn leads nowhere while the base does not drive."""
+
 TINY: Final = 1e-6
 """m²; keeps rates finite where all wheels are in one line."""
 
@@ -47,6 +56,17 @@ def turning_rims(lever: Array, turned_by: float, aside: float) -> Array:
     faster = np.sum(lever**2) / max(float(np.sum(lever[:, 1] ** 2)), TINY)
     share = np.clip(ASIDE_GAIN * aside * np.sign(rate), -ASIDE_MAX, ASIDE_MAX)
     return np.asarray(-faster * rate * lever[:, 1] * (1.0 + share * np.sign(lever[:, 0])))
+
+
+def leading(aside: float, speed: float) -> float:
+    """The turn by which a base that drives gets back to its way, rad.
+
+    Args:
+        aside: how far to the left the base should be of where it is, m.
+        speed: with which it drives ahead, m/s.
+    """
+    turn = float(np.clip(LEAD_GAIN * aside, -LEAD_MAX, LEAD_MAX))
+    return turn * speed / (abs(speed) + DRIVES)
 
 
 def unwinding(wound: Array) -> Array:

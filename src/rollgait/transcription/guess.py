@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from rollgait.dynamics.foot import planar_inputs
 from rollgait.footing.pace import driving_time
+from rollgait.footing.skidding import skid_route
 from rollgait.footing.stepping import stepping_route
 from rollgait.ocp.lift import minimum_jerk
 from rollgait.ocp.problem import Problem
 from rollgait.plan.samples import Samples, level_contact
-from rollgait.robot.robot import Robot
+from rollgait.robot.robot import GRAVITY, Robot
 from rollgait.transcription.headings import headings_along, rate_limited
+from rollgait.transcription.sliding import sliding_forces
 
 Array = NDArray[np.float64]
 MotionGuess = Callable[[Array], Samples]
@@ -53,8 +55,13 @@ class _Guess:
         schedule = self.problem.schedule
         self.grid = np.linspace(0.0, schedule.horizon, GRID * schedule.intervals + 1)
         route = self._route()
-        self.by_route = route is not None
-        if route is None:
+        self.by_route = self.problem.skids or route is not None
+        if self.problem.skids:
+            self.base = self._base_along(self.grid, skid_route(self.problem.scenario, self.grid))
+            self.base_rate = np.gradient(self.base, self.grid, axis=0)
+            self.base_rate[[0, -1]] = 0.0
+            self.foot = np.stack([self._nominal(leg, self.base) for leg in range(4)], axis=1)
+        elif route is None:
             self.base, self.base_rate = self._base_path(self.grid)
             self.foot = np.stack([self._nominal(leg, self.base) for leg in range(4)], axis=1)
         else:
@@ -163,6 +170,14 @@ class _Guess:
         steers = np.array([leg.foot == "steerable" for leg in problem.robot.leg_list])
         speed = np.where(rolls, along, 0.0)
         foot = np.concatenate([xy, height[..., None]], axis=-1)
+        feet = xy
+        if problem.skids:  # forces along the ground tilt a body unless the normal ones are nearer to them
+            acceleration = _interpolate(times, self.grid, np.gradient(self.base_rate, self.grid, axis=0))
+            feet = xy + (problem.robot.height / GRAVITY) * acceleration[:, None, :2]
+        force = self._static_forces(base, feet, contact)
+        if problem.skids:
+            lever = xy - base[:, None, :2]
+            force += sliding_forces(problem, interval, force[..., 2], lever, heading, xy_rate, acceleration)
         return Samples(
             time=times,
             com_position=base[:, :3],
@@ -174,7 +189,7 @@ class _Guess:
             heading=heading,
             heading_rate=np.where(steers, _interpolate(times, self.grid, self.heading_rate), 0.0),
             speed=speed,
-            force=self._static_forces(base, xy, contact),
+            force=force,
             contact=contact,
             **level_contact(foot),
         )
