@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from rollgait.dynamics.step import POINTS, Figures, angular_momentum, euler_rate
 from rollgait.mpc.clock import GaitClock
 from rollgait.mpc.ground.level import GroundUnderfoot
-from rollgait.mpc.one_step import OneStep
 from rollgait.plant.state import RobotState
 from rollgait.robot.robot import Robot
 from rollgait.transcription.layout import StageLayout
+from rollgait.transcription.one_step import OneStep
 
 Array = NDArray[np.float64]
 

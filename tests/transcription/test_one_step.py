@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from rollgait.dynamics.ground import FootGround
 from rollgait.dynamics.step import Figures, FootInput, FootState, State, angular_momentum, euler_rate, step
-from rollgait.mpc.one_step import OneStep
 from rollgait.robot.robot import FootKind
+from rollgait.transcription.one_step import OneStep
 
 MASS, PERIOD = 83.0, 0.01
 ROOT = np.random.default_rng(1).normal(size=(3, 3))
