@@ -17,7 +17,7 @@ from rollgait.discover.reserves import driving
 from rollgait.discover.steps import Steps, steps_of, steps_values
 from rollgait.errors import InputError, NotSolvedError, shortened
 from rollgait.footing.pace import poses_of
-from rollgait.footing.skidding import skids
+from rollgait.footing.skidding import turns_by_skidding
 from rollgait.plan.plan import CandidateResult, Plan
 from rollgait.scenario.gait import Discover
 from rollgait.scenario.scenario import Scenario
@@ -46,7 +46,7 @@ def iterations(scenario: Scenario, is_changed: bool) -> int:
     """The most for each solve of a candidate; `is_changed` if it begins from a motion that was found."""
     if is_changed:
         return ITERATIONS_ON
-    return ITERATIONS_SKIDDING if skids(scenario) and scenario.schedule.contact.all() else ITERATIONS
+    return ITERATIONS_SKIDDING if turns_by_skidding(scenario, scenario.schedule) else ITERATIONS
 
 
 class PlanOne(Protocol):

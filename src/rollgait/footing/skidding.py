@@ -19,6 +19,7 @@ from rollgait.footing.footing import FEET, Array
 from rollgait.footing.pace import goal_times, poses_of, ramped
 from rollgait.robot.robot import Robot
 from rollgait.scenario.scenario import Scenario
+from rollgait.scenario.schedule import ContactSchedule
 
 SLIP_SHARE: Final = 0.8
 """Part of `slip_max` that wheels slip by while the base turns evenly: the rest is for the solver."""
@@ -73,6 +74,11 @@ def skids(scenario: Scenario) -> bool:
     return (
         all(scenario.slip_max(leg) > 0.0 for leg in range(FEET)) and len({leg.heading for leg in legs}) == 1
     )
+
+
+def turns_by_skidding(scenario: Scenario, schedule: ContactSchedule) -> bool:
+    """Whether the robot turns by wheels that slip sideways, and by no step."""
+    return skids(scenario) and bool(schedule.contact.all())
 
 
 def turn_rate_max(scenario: Scenario) -> float:

@@ -16,7 +16,7 @@ from rollgait.dynamics.wrench import wrench_numbers
 from rollgait.errors import InputError, UnknownNameError
 from rollgait.footing.beneath import Beneath, BodyPath, Underside, beneath
 from rollgait.footing.footing import Footing
-from rollgait.footing.skidding import skid_route, skids
+from rollgait.footing.skidding import skid_route, turns_by_skidding
 from rollgait.ocp import body, boundary, contact, costs, friction, limb, limits, skid, support
 from rollgait.ocp.lift import InAir, lift
 from rollgait.ocp.term import Constraint, Cost, FootConstraint, Term
@@ -132,7 +132,7 @@ class Problem:
     @property
     def skids(self) -> bool:
         """Whether the robot turns by wheels that slip sideways, and by no step."""
-        return skids(self.scenario) and bool(self.schedule.contact.all())
+        return turns_by_skidding(self.scenario, self.schedule)
 
     @cached_property
     def goals(self) -> Array:

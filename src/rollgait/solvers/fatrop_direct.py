@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,14 +47,11 @@ class DirectFatrop:
         warm_options: Options,
         kernels: bool = False,
     ) -> None:
-        self.nlp, self._structure = nlp, structure
-        self._options, self._warm_options = options, warm_options
+        self.nlp = nlp
         self.linear_algebra = linear_algebra()
-        self._compiled = library() if kernels else None
+        compiled = library() if kernels else None
+        self._make_engine = partial(FatropEngine, nlp, structure, options, warm_options, compiled)
         self._engine = self._make_engine()
-
-    def _make_engine(self) -> FatropEngine:
-        return FatropEngine(self.nlp, self._structure, self._options, self._warm_options, self._compiled)
 
     def solve(
         self,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,8 +45,14 @@ class StageEvaluation:
             "jacobian": Buffered(repeated(f.jacobian, count), inputs),
             "hessian": Buffered(repeated(f.hessian, count), [*inputs, self.lam_f, self.lam]),
         }
-        first = [array[: array.size // count] for array in inputs]
-        self._first = Buffered(f.value, first)
+        self._value_of_one, self._count = f.value, count
+
+    @cached_property
+    def _first(self) -> Buffered:
+        """The first repetition alone: only a controller asks for it."""
+        return Buffered(
+            self._value_of_one, [array[: array.size // self._count] for array in (self.y, self._p)]
+        )
 
     def _load(self, w: Array) -> None:
         np.take(np.concatenate([w, self._constants]), self.position, out=self.y)

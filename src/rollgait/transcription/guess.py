@@ -54,22 +54,22 @@ class _Guess:
     def __post_init__(self) -> None:
         schedule = self.problem.schedule
         self.grid = np.linspace(0.0, schedule.horizon, GRID * schedule.intervals + 1)
-        route = self._route()
-        self.by_route = self.problem.skids or route is not None
+        route, poses = None, None
         if self.problem.skids:
-            self.base = self._base_along(self.grid, skid_route(self.problem.scenario, self.grid))
-            self.base_rate = np.gradient(self.base, self.grid, axis=0)
-            self.base_rate[[0, -1]] = 0.0
-            self.foot = np.stack([self._nominal(leg, self.base) for leg in range(4)], axis=1)
-        elif route is None:
+            poses = skid_route(self.problem.scenario, self.grid)
+        elif (route := self._route()) is not None:
+            poses = _interpolate(self.grid, *route[:2])
+        self.by_route = poses is not None
+        if poses is None:
             self.base, self.base_rate = self._base_path(self.grid)
-            self.foot = np.stack([self._nominal(leg, self.base) for leg in range(4)], axis=1)
         else:
-            times, base, feet = route
-            self.base = self._base_along(self.grid, _interpolate(self.grid, times, base))
+            self.base = self._base_along(self.grid, poses)
             self.base_rate = np.gradient(self.base, self.grid, axis=0)
             self.base_rate[[0, -1]] = 0.0  # it begins and ends at rest
-            self.foot = _interpolate(self.grid, times, feet)
+        if route is None:
+            self.foot = np.stack([self._nominal(leg, self.base) for leg in range(4)], axis=1)
+        else:
+            self.foot = _interpolate(self.grid, route[0], route[2])
         self.foot_rate = np.gradient(self.foot, self.grid, axis=0)
         self.heading = self._heading_paths()
         self.heading_rate = np.gradient(self.heading, self.grid, axis=0)
