@@ -188,7 +188,7 @@ def carried(engine: str) -> Iterator[None]:
         from dask.distributed import Client, LocalCluster
 
         with (
-            LocalCluster(n_workers=WORKERS, threads_per_worker=1, dashboard_address=None) as cluster,
+            LocalCluster(n_workers=WORKERS, threads_per_worker=1, dashboard_address=":0") as cluster,
             Client(cluster),
             joblib.parallel_config(backend="dask"),
         ):

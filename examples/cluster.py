@@ -31,7 +31,7 @@ def main(folder: Path) -> None:
         LocalCluster(
             n_workers=2,
             threads_per_worker=1,
-            dashboard_address=None,  # pyright: ignore[reportArgumentType]  (None is what Dask documents)
+            dashboard_address=":0",
         ) as cluster,
         Client(cluster),
         joblib.parallel_config(backend="dask"),

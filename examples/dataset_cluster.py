@@ -36,7 +36,7 @@ def dask() -> Iterator[None]:
         LocalCluster(
             n_workers=2,
             threads_per_worker=1,
-            dashboard_address=None,  # pyright: ignore[reportArgumentType]  (None is what Dask documents)
+            dashboard_address=":0",
         ) as cluster,
         Client(cluster),
         joblib.parallel_config(backend="dask"),

@@ -10,12 +10,15 @@ import pytest
 
 
 @contextmanager
-def dask_cluster() -> Iterator[None]:
-    """joblib's calls go to a Dask cluster of one worker; skips the test where Dask is not installed."""
+def dask_cluster(*, processes: bool = False) -> Iterator[None]:
+    """joblib's calls go to a Dask cluster: of one worker in this process, or of two in theirs.
+
+    Skips the test where Dask is not installed.
+    """
     distributed = pytest.importorskip("dask.distributed")
     with (
         distributed.LocalCluster(
-            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None
+            n_workers=1 + processes, threads_per_worker=1, processes=processes, dashboard_address=":0"
         ) as cluster,
         distributed.Client(cluster),
         joblib.parallel_config(backend="dask"),

@@ -1,13 +1,10 @@
-"""The process that plans in the background: reads tasks from stdin, writes answers to stdout, pickled."""
+"""The process that plans in the background."""
 
 from __future__ import annotations
 
-import os
-import pickle
-import signal
-import sys
 import time
 
+from rollgait.child import Parent
 from rollgait.errors import NotSolvedError, RollgaitError
 from rollgait.mpc.plans.worker import Answer, Task
 from rollgait.planner import Planner
@@ -15,18 +12,10 @@ from rollgait.solvers import Iteration
 
 
 def main() -> None:
-    """Does tasks until stdin ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the controller, which ends this process
-    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what a solver prints must not get between the answers
-    planner = Planner()
+    """Does one task after another."""
+    parent, planner = Parent(), Planner()
     while True:
-        try:
-            task = pickle.load(sys.stdin.buffer)
-        except EOFError:
-            return
-        pickle.dump(_done(planner, task), answers)
-        answers.flush()
+        parent.tell(_done(planner, parent.asks()))
 
 
 def _done(planner: Planner, task: Task) -> Answer:

@@ -1,20 +1,16 @@
 """Plans in the background, by a process of its own.
 
 Not by a thread: making a problem ready is Python's work, and would hold up the steps of the controller.
-Tasks and answers are pickled: both ends are this package, and nobody else has the pipes.
 """
 
 from __future__ import annotations
 
-import pickle
 import queue
-import subprocess
-import sys
-import threading
 import time
 from dataclasses import dataclass
 from typing import Protocol
 
+from rollgait.child import Child
 from rollgait.plan.plan import Plan
 from rollgait.plan.rest import Rest
 from rollgait.plant.state import RobotState
@@ -70,24 +66,19 @@ class Worker:
     """A process that plans one task after another, and forgets answers that nobody waits for any more."""
 
     def __init__(self) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "rollgait.mpc.plans.planning_process"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-        )
         self._answers: queue.Queue[Answer] = queue.Queue()
         self._asked = self._got = 0
-        threading.Thread(target=self._listen, daemon=True).start()
+        self._child = Child(
+            "rollgait.mpc.plans.planning_process",
+            heard=lambda said: self._answers.put(said if isinstance(said, Answer) else _dead()),
+            ended=lambda: self._answers.put(_dead()),
+            silent=True,
+        )
 
     def ask(self, task: Task) -> None:
         """Begins with a task; the answer to an earlier one is dropped when it comes."""
-        assert self._process.stdin is not None
         self._asked += 1
-        try:
-            pickle.dump(task, self._process.stdin)
-            self._process.stdin.flush()
-        except OSError:
+        if not self._child.tell(task):
             self._answers.put(_dead())
 
     def answer(self, timeout: float) -> Answer | None:
@@ -104,21 +95,7 @@ class Worker:
 
     def close(self) -> None:
         """Ends the process."""
-        if self._process.stdin is not None:
-            self._process.stdin.close()
-        self._process.kill()
-        self._process.wait()
-
-    def _listen(self) -> None:
-        stream = self._process.stdout
-        assert stream is not None
-        with stream:
-            while True:
-                try:
-                    self._answers.put(pickle.load(stream))
-                except (EOFError, OSError, pickle.UnpicklingError):
-                    self._answers.put(_dead())
-                    return
+        self._child.close()
 
 
 def _dead() -> Answer:

@@ -1,0 +1,147 @@
+"""Work in processes of this machine, of which one that dies takes only its own job along.
+
+joblib's own processes share one pipe for all results: where one dies while it writes there, the caller waits
+for ever. Here each has pipes of its own.
+"""
+
+from __future__ import annotations
+
+import queue
+from collections import Counter, deque
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, Final, TypeVar
+
+from rollgait.child import Child
+from rollgait.errors import RollgaitError
+from rollgait.parallel.messages import Failed, Ready, words
+
+IN_FLIGHT: Final = 2
+"""Jobs that a process has at once: the one it does, and the next."""
+SUSPECT: Final = 2
+"""A job is given up when so many processes died doing it: most deaths are of a machine, not of a job."""
+BEGINNINGS: Final = 3
+"""Processes in a row that may die before their first job."""
+LOOK: Final = 0.5
+"""s, after which waiting looks up: where a lock cannot be interrupted, Ctrl-C is heard then."""
+
+JobT = TypeVar("JobT")
+ResultT = TypeVar("ResultT")
+
+
+def results_of_crew(
+    call: Callable[[JobT], ResultT],
+    jobs: Iterable[JobT],
+    count: int,
+    died: Callable[[JobT], ResultT],
+) -> Iterator[ResultT]:
+    """As `results`, by so many processes of this machine."""
+    crew = _Crew(call, enumerate(jobs), count)
+    try:
+        while crew.hand_out():
+            member, answer = crew.next_answer()
+            if answer is None:
+                yield from map(died, crew.lost(member))
+            elif isinstance(answer, Ready):
+                crew.has_begun(member)
+            else:
+                member.jobs.popleft()
+                yield _result(answer)
+    finally:
+        crew.close()
+
+
+def _result(answer: Any) -> Any:
+    """What came of a job, or its error."""
+    if isinstance(answer, Failed):
+        raise answer.error
+    if isinstance(answer, Exception):
+        raise RollgaitError(f"what a worker sent cannot be read: {words(answer)}")
+    return answer.result
+
+
+class _Crew:
+    """The processes, what is left to do, and what they say."""
+
+    def __init__(self, call: Callable[[Any], Any], jobs: Iterator[tuple[int, Any]], count: int) -> None:
+        self._call, self._jobs, self._count = call, jobs, count
+        self._again: deque[tuple[int, Any]] = deque()
+        self._members: list[_Member] = []
+        self._said: queue.SimpleQueue[tuple[_Member, Any]] = queue.SimpleQueue()
+        self._deaths: Counter[int] = Counter()
+        self._ended_at_once = 0
+
+    def hand_out(self) -> bool:
+        """Gives each process what it may have; False if all is done."""
+        for has in range(IN_FLIGHT):
+            for place in range(self._count):
+                if place < len(self._members) and len(self._members[place].jobs) > has:
+                    continue
+                job = self._again.popleft() if self._again else next(self._jobs, None)
+                if job is None:
+                    return any(member.jobs for member in self._members)
+                if place == len(self._members):
+                    self._members.append(_Member(self._call, self._said))
+                self._members[place].give(job)
+        return True
+
+    def next_answer(self) -> tuple[_Member, Any]:
+        """Who says something, and what; None if it has ended."""
+        while True:
+            try:
+                return self._said.get(timeout=LOOK)
+            except queue.Empty:
+                continue
+
+    def has_begun(self, member: _Member) -> None:
+        """A process is ready for its first job."""
+        member.is_ready = True
+        self._ended_at_once = 0
+
+    def lost(self, member: _Member) -> list[Any]:
+        """Takes leave of a process that has ended. Its jobs are done again; returned is the one that is not.
+
+        Raises:
+            RollgaitError: so many have ended before their first job.
+        """
+        member.close()
+        self._members.remove(member)
+        if member.is_ready:
+            number, job = member.jobs[0]
+            self._deaths[number] += 1
+            if self._deaths[number] == SUSPECT:
+                member.jobs.popleft()
+                self._again.extendleft(reversed(member.jobs))
+                return [job]
+        else:
+            self._ended_at_once += 1
+            if self._ended_at_once == BEGINNINGS:
+                raise RollgaitError(f"no worker stays alive: {BEGINNINGS} in a row ended as they began")
+        self._again.extendleft(reversed(member.jobs))
+        return []
+
+    def close(self) -> None:
+        """Ends all processes."""
+        for member in self._members:
+            member.close()
+
+
+class _Member:
+    """A process and the jobs that it has, first the one that it does."""
+
+    def __init__(self, call: Callable[[Any], Any], said: queue.SimpleQueue[tuple[_Member, Any]]) -> None:
+        self.jobs: deque[tuple[int, Any]] = deque()
+        self.is_ready = False
+        self._child = Child(
+            "rollgait.parallel.member",
+            heard=lambda answer: said.put((self, answer)),
+            ended=lambda: said.put((self, None)),
+        )
+        self._child.tell(call)
+
+    def give(self, job: tuple[int, Any]) -> None:
+        """One job more, with its number. That a process has ended, and does not hear it, will be said."""
+        self.jobs.append(job)
+        self._child.tell(job[1])
+
+    def close(self) -> None:
+        self._child.close()
