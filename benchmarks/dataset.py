@@ -32,12 +32,13 @@ from reporting import keep, load, machine, table
 from rollgait.dataset import Sampler
 from rollgait.dataset.columns import CERTIFIED
 from rollgait.dataset.running import Worker
+from rollgait.dataset.spec import Spec
 
 HERE = Path(__file__).resolve()
 SPEC = HERE.with_name("mixed_motions.yaml")
 WORKERS = 2
 ENGINES = ("processes", "dask", "ray")
-ALONE = 60
+ALONE = 100
 """Rows by which the rate of one process is measured, evenly from all: 1000 would take as long as the rest."""
 LOOK = 0.5
 """Between two looks at memory and progress, s."""
@@ -68,22 +69,40 @@ class Run:
     twice: int = 0
 
 
-def alone(library: rg.Dataset, count: int) -> float:
-    """Rows per second of one process that plans, certifies and encodes all rows and does nothing else.
+class Alone:
+    """One process that plans, certifies and encodes rows and does nothing else.
 
-    It plans some of them; the others took in the run what those took there, in proportion.
+    It plans some of all rows: half of them before the run and half after it, as machines change their speed.
+
+    Args:
+        sampler: of the data set.
+        count: rows that it plans.
     """
-    worker = Worker(library.sampler)
-    rows = np.unique(np.linspace(0, len(library) - 1, count).astype(int)).tolist()
-    rows.sort(key=lambda row: worker.sampler.asked(row).kind)
-    for row in {worker.sampler.asked(row).kind: row for row in rows}.values():
-        worker.plan(row)  # what is compiled once is no part of a rate
-    begin = time.perf_counter()
-    for row in rows:
-        worker.plan(row)
-    seconds = time.perf_counter() - begin
-    then = seconds_of(library)
-    return len(library) * float(then[rows].sum() / then.sum()) / seconds
+
+    def __init__(self, sampler: Sampler, count: int) -> None:
+        self._worker = Worker(sampler)
+        rows = np.unique(np.linspace(0, sampler.spec.count - 1, count).astype(int)).tolist()
+        kinds = {row: sampler.asked(row).kind for row in rows}
+        for row in {kind: row for row, kind in kinds.items()}.values():
+            self._worker.plan(row)  # what is compiled once is no part of a rate
+        rows.sort(key=kinds.__getitem__)
+        self._halves = [rows[0::2], rows[1::2]]
+        self._done: list[int] = []
+        self._seconds = 0.0
+
+    def half(self) -> None:
+        """Plans the next half."""
+        rows = self._halves.pop()
+        begin = time.perf_counter()
+        for row in rows:
+            self._worker.plan(row)
+        self._seconds += time.perf_counter() - begin
+        self._done += rows
+
+    def rate(self, library: rg.Dataset) -> float:
+        """Rows per second of all; those not planned count by what they took in the run."""
+        then = seconds_of(library)
+        return len(library) * float(then[self._done].sum() / then.sum()) / self._seconds
 
 
 def seconds_of(library: rg.Dataset) -> NDArray[np.float64]:
@@ -244,9 +263,12 @@ def report(count: int, engine: str, folder: Path) -> str:
     text = SPEC.read_text(encoding="utf-8")
     file = folder.parent / "mixed_motions.yaml"
     file.write_text(text.replace("count: 2000", f"count: {count}"), encoding="utf-8")
+    alone = Alone(Sampler.of(Spec.from_yaml(file), file.parent), min(ALONE, count))
+    alone.half()
     run = disturbed(file, folder, count, engine)
+    alone.half()
     library = rg.Dataset(folder)
-    one = alone(library, min(ALONE, count))
+    one = alone.rate(library)
     check = library.check(min(ANEW, count))
     stats = library.stats()
     rate, busy = count / run.seconds, seconds_of(library).sum()
