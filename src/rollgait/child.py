@@ -22,7 +22,7 @@ _LENGTH: Final = struct.Struct("<Q")
 
 
 class Child:
-    """A process that runs a module of the package, which speaks as a `Parent` has it.
+    """A process that runs `main` of a module of the package, which speaks as a `Parent` has it.
 
     It ends with its parent, does not hear Ctrl-C, and writes to stderr whatever it prints.
 
@@ -41,15 +41,15 @@ class Child:
         *,
         silent: bool = False,
     ) -> None:
+        begin = f"import sys; sys.path[:] = {sys.path!r}; from {module} import main; main()"
         self._process = subprocess.Popen(
-            [sys.executable, "-m", module],
+            [sys.executable, "-c", begin],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL if silent else None,
             start_new_session=True,  # Ctrl-C in a terminal is for its parent
         )
         self._heard, self._ended = heard, ended
-        self.tell(sys.path)  # where its parent finds what it speaks of
         threading.Thread(target=self._listen, daemon=True).start()
 
     @property
@@ -95,7 +95,6 @@ class Parent:
         os.dup2(2, 1)  # what a solver prints must not get between the answers
         self._told: queue.SimpleQueue[bytes] = queue.SimpleQueue()
         threading.Thread(target=self._listen, daemon=True).start()
-        sys.path[:] = self.asks()
 
     def asks(self) -> Any:
         """The next that it says; an error, if that cannot be read here."""

@@ -30,7 +30,3 @@ def _answer(call: Any, job: Any) -> Done | Failed:
         return Done(call(job))
     except Exception as error:
         return Failed(error)
-
-
-if __name__ == "__main__":
-    main()

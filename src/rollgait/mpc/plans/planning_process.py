@@ -34,7 +34,3 @@ def _done(planner: Planner, task: Task) -> Answer:
     except RollgaitError as error:
         message = str(error)
     return Answer(found, message, time.process_time() - begin)
-
-
-if __name__ == "__main__":
-    main()
