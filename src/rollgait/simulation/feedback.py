@@ -323,7 +323,7 @@ def _sense(axle: Array, heading: float) -> float:
 
 
 def _left_of(vectors: Array) -> Array:
-    """Vectors in the plane, (n, 2), turned_by by 90°."""
+    """Vectors in the plane, (n, 2), turned by 90°."""
     return np.stack([-vectors[:, 1], vectors[:, 0]], axis=1)
 
 
