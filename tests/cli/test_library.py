@@ -66,7 +66,7 @@ def test_version_and_help(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_no_summary_is_cut(capsys: pytest.CaptureFixture[str]) -> None:
-    for group in ((), ("robot",), ("ground",)):
+    for group in ((), ("robot",), ("ground",), ("dataset",)):
         assert "..." not in output(capsys, *group, "--help").replace("[ARGS]...", "")
 
 

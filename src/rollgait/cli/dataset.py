@@ -112,7 +112,7 @@ def check(
     seed: Annotated[int, typer.Option(metavar="N", min=0, help="Seed by which the rows are drawn.")] = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Certify random rows anew, from the table alone, and count the rows.
+    """Certify random rows anew, from the table alone, and count all.
 
     Exit status: 0 each row is there once and what was looked at is as the table says, 1 not so.
     """
@@ -173,7 +173,7 @@ def show(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show one row: what was asked, what came of it, and its plan as a file.
+    """Show one row: what was asked, what came of it, and its plan.
 
     Exit status: 0 it has a certified plan, 1 it has none.
     """
