@@ -14,7 +14,7 @@ from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.execution import Execution, execute
 from rollgait.mpc.loop import ClosedLoop
 from rollgait.mpc.mpc import Mpc
-from rollgait.mpc.plans.clock import LATE_MAX, PlanClock
+from rollgait.mpc.plans.clock import LATE_MAX, SINK_RATE, FollowedSwing, PlanClock
 from rollgait.mpc.plans.path import HOVER, PlanPath, PlanSwing
 from rollgait.mpc.plants.rigid import RigidPlant
 from rollgait.mpc.script import TimedPush
@@ -191,6 +191,25 @@ def test_a_foot_that_finds_no_ground_is_waited_for_and_let_down_but_not_for_ever
     assert clock.shift == pytest.approx(LATE_MAX, abs=1.5 * PERIOD)
     assert heights[-1] < -0.005
     assert (np.diff(heights) < 1e-9).all()
+
+
+@pytest.mark.parametrize("begin", [0.0, -0.2, 0.15])
+@pytest.mark.parametrize("end", [0.0, 0.2, -0.1])
+@pytest.mark.parametrize("waited", [0.0, 0.07, LATE_MAX])
+def test_a_lift_goes_from_the_ground_to_the_ground_and_as_far_below_as_it_is_let_down(
+    step: rg.Plan, begin: float, end: float, waited: float
+) -> None:
+    """Whatever the heights under both footholds, up a kerb or down; its rates add up to its way."""
+    path = PlanPath(step)
+    (planned,) = path.swings
+    swing = FollowedSwing(HR, SWING[0], SWING[1] + waited, 0.0, path, planned, waited)
+    times = np.linspace(swing.lift_off, swing.touch_down, 2001)
+    z, rate = swing.over(times, begin, 0.0, end)
+    planned_z, _ = path.foot_height(HR, np.array(SWING))
+    assert z[0] == pytest.approx(begin, abs=1e-9)
+    assert z[-1] == pytest.approx(end - SINK_RATE * waited, abs=1e-9)
+    assert planned_z == pytest.approx([0.0, 0.0], abs=1e-6)
+    assert np.trapezoid(rate, times) == pytest.approx(z[-1] - z[0], abs=1e-3)
 
 
 # -- following -------------------------------------------------------------------------------------------
