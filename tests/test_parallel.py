@@ -5,7 +5,10 @@ from __future__ import annotations
 import os
 import random
 import signal
+import subprocess
+import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
@@ -85,6 +88,40 @@ def test_a_job_is_given_up_only_for_deaths_while_it_was_done(
     assert given_up == [3]
 
 
+def own_number(job: int) -> tuple[int, int]:
+    """The second job takes long."""
+    time.sleep(1.0 if job == 1 else 0.05)
+    return job, os.getpid()
+
+
+def test_a_worker_that_is_killed_with_nothing_to_do_is_missed_by_nobody() -> None:
+    found = []
+    for job, pid in results(own_number, range(2), 2, lambda job: (job, 0)):
+        found.append(job)
+        if job == 0:
+            os.kill(pid, signal.SIGKILL)
+    assert sorted(found) == [0, 1]
+
+
+def test_deaths_before_a_job_is_begun_do_not_count(tmp_path: Path) -> None:
+    """Both workers are killed while they wait, then job 3 ends its process once: it is done all the same."""
+    call = partial(squared_by, marks=tmp_path)
+    come = results(call, iter(range(12)), 2, lambda job: (-job, 0))
+    found, pids = [], set()
+    for square, pid in come:
+        found.append(square)
+        pids.add(pid)
+        if len(found) == 2:
+            time.sleep(0.3)  # both have nothing left to do
+            for each in pids:
+                _kill(each)
+    assert sorted(found) == [job * job for job in range(12)]
+
+
+def squared_by(job: int, marks: Path) -> tuple[int, int]:
+    return squared(job, marks, deadly=False), os.getpid()
+
+
 def broken(job: int) -> object:
     """Raises, or returns what cannot be sent."""
     if job == 0:
@@ -96,28 +133,105 @@ def broken(job: int) -> object:
 def test_what_a_job_raises_is_raised_and_no_process_is_left(
     job: int, error: type[Exception], text: str
 ) -> None:
-    with pytest.raises(error, match=text):
+    with pytest.raises(error, match=text) as caught:
         list(results(broken, [job], 2, lambda job: job))
+    assert error is RollgaitError or "in broken" in caught.value.__notes__[0]
+    assert not _children()
 
 
 class Unreadable:
-    """Can be sent, and not be read."""
+    """Can be sent, and not be read: reading it raises, or ends whoever reads it."""
 
-    def __reduce__(self) -> tuple[Callable[[str], int], tuple[str]]:
-        return int, ("no number",)
+    def __init__(self, ends: bool) -> None:
+        self._ends = ends
+
+    def __reduce__(self) -> tuple[Callable[..., object], tuple[object, ...]]:
+        return (sys.exit, ("now",)) if self._ends else (int, ("no number",))
 
 
+@pytest.mark.parametrize("ends", [False, True])
 @pytest.mark.parametrize("way", ["there", "back"])
-def test_what_cannot_be_read_is_said(way: str) -> None:
-    call = (lambda _: Unreadable()) if way == "back" else str
-    with pytest.raises(RollgaitError, match=r"cannot .*read.*: ValueError: invalid literal"):
-        list(results(call, [Unreadable()] if way == "there" else [1], 2, str))
+def test_what_cannot_be_read_is_said(way: str, ends: bool) -> None:
+    call = (lambda _: Unreadable(ends)) if way == "back" else str
+    with pytest.raises(
+        RollgaitError, match=r"cannot .*read.*: (SystemExit: now|ValueError: invalid literal)"
+    ):
+        list(results(call, [Unreadable(ends)] if way == "there" else [1], 2, str))
+
+
+class WordyError(Exception):
+    """Cannot be read where it has been sent to."""
+
+    def __init__(self, one: str, other: str) -> None:
+        super().__init__(f"{one} and {other}")
+
+
+def wordy(_: int) -> None:
+    raise WordyError("this", "that")
+
+
+def test_an_error_that_cannot_be_read_is_said_in_its_words() -> None:
+    with pytest.raises(RollgaitError, match="WordyError in a worker: this and that"):
+        list(results(wordy, [1], 2, lambda _: None))
+
+
+@pytest.mark.parametrize("what", ["call", "job"])
+def test_what_cannot_be_sent_is_refused_and_no_process_is_left(what: str) -> None:
+    lock = threading.Lock()
+    call = (lambda _: lock) if what == "call" else str
+    with pytest.raises(RollgaitError, match="cannot be sent to another process"):
+        list(results(call, [lock], 2, str))
+    assert not _children()
+
+
+def stolen(how: str) -> str:
+    """Reads what it has no business with, or writes where it should not."""
+    if how == "input":
+        with pytest.raises(EOFError):
+            input()
+    elif how == "program":
+        return subprocess.run(["cat"], stdout=subprocess.PIPE, text=True, check=True).stdout
+    elif how == "print":
+        print("something that was printed")
+        os.write(1, b"something else\n")
+    elif how == "exit":
+        sys.exit(0)
+    return ""
+
+
+@pytest.mark.parametrize("how", ["input", "program", "print"])
+def test_jobs_may_read_and_print(how: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert list(results(stolen, [how] * 4, 2, lambda _: "died")) == [""] * 4
+    if how == "print":
+        assert capfd.readouterr().err.count("something") == 8
+
+
+def test_a_job_that_ends_its_process_is_as_one_that_crashes(capfd: pytest.CaptureFixture[str]) -> None:
+    assert sorted(results(stolen, ["exit", ""], 2, lambda _: "died")) == ["", "died"]
+    assert capfd.readouterr().err == ""
+
+
+def threads(_: int) -> int:
+    """How many there are; NumPy's library starts its own as it is loaded."""
+    return len(list(Path("/proc/self/task").iterdir()))
+
+
+def test_linear_algebra_in_a_worker_has_one_thread() -> None:
+    """The job's, the one that listens and the one that watches: no more."""
+    assert list(results(threads, [0], 2, lambda _: 0)) == [3]
 
 
 def test_workers_that_die_as_they_begin_are_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.path", ["/nowhere"])
     with pytest.raises(RollgaitError, match="no worker stays alive"):
         list(results(large, range(4), 2, lambda job: (job, 0, b"")))
+
+
+def _children() -> list[str]:
+    """Processes of this one that do jobs."""
+    here = f"/proc/self/task/{threading.get_native_id()}/children"
+    pids = Path(here).read_text(encoding="ascii").split()
+    return [pid for pid in pids if b"parallel.member" in Path(f"/proc/{pid}/cmdline").read_bytes()]
 
 
 def test_no_worker_outlives_the_work() -> None:

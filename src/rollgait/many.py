@@ -55,8 +55,8 @@ def plan_many(
 ) -> list[Outcome]:
     """Plans many motions at once. One that goes wrong leaves the others alone.
 
-    The work is done by joblib: by default in processes of this machine, inside
-    `joblib.parallel_config(backend="dask")` (or "ray") on a cluster.
+    The work is done by processes of this machine; inside `joblib.parallel_config(backend="dask")` (or "ray")
+    by a cluster.
 
     Args:
         scenarios: scenarios, names of the library or paths of YAML files; a mapping names them.

@@ -37,8 +37,8 @@ def plan_dataset(
 ) -> Dataset:
     """Plans all rows of a data set that are not there yet, each as soon as a worker is free.
 
-    The work is done by joblib: by default in processes of this machine, inside
-    `joblib.parallel_config(backend="dask")` (or "ray") on a cluster. A call that was interrupted, by Ctrl-C
+    The work is done by processes of this machine; inside `joblib.parallel_config(backend="dask")` (or "ray")
+    by a cluster. A call that was interrupted, by Ctrl-C
     or by a failure of the machine, is resumed by repeating it.
 
     Args:

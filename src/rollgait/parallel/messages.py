@@ -8,7 +8,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Ready:
-    """It has begun, and knows what to do with jobs."""
+    """It knows what to do with jobs."""
+
+
+@dataclass(frozen=True)
+class Begun:
+    """It begins with a job."""
 
 
 @dataclass(frozen=True)
@@ -20,11 +25,12 @@ class Done:
 
 @dataclass(frozen=True)
 class Failed:
-    """What a job raised."""
+    """What a job raised.
 
-    error: Exception
+    Attributes:
+        error: pickled; None if that cannot be.
+        text: the same in words.
+    """
 
-
-def words(error: Exception) -> str:
-    """An error that is not ours, in a sentence."""
-    return f"{type(error).__name__}: {error}"
+    error: bytes | None
+    text: str

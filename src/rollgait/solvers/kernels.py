@@ -213,6 +213,7 @@ def _build(text: str, compiler: Sequence[str], flags: Sequence[str], library: Pa
             subprocess.run(
                 [*compiler, *flags, str(source), "-o", str(target), "-lm"],
                 check=True,
+                stdin=subprocess.DEVNULL,
                 capture_output=True,
                 timeout=COMPILE_TIMEOUT,
             )
