@@ -113,7 +113,7 @@ class Child:
             with self._process.stdout as stream:
                 if _found(stream, _BEGIN):
                     while (text := _read(stream)) is not None:
-                        self._heard(_said(text))
+                        self._heard(unpickled(text))
         finally:
             self._has_ended = True
             self._to_tell.put(None)
@@ -144,7 +144,7 @@ class Parent:
 
     def asks(self) -> Any:
         """The next that it says; `Unreadable` if that cannot be read here."""
-        return _said(self._told.get())
+        return unpickled(self._told.get())
 
     def tell(self, what: object) -> None:
         """Says something to the parent. Raises `RollgaitError` if it cannot be pickled."""
@@ -178,8 +178,8 @@ def pickled(what: object) -> bytes:
         raise RollgaitError(f"cannot be sent to another process: {_words(error)}") from error
 
 
-def _said(text: bytes) -> Any:
-    """What was said."""
+def unpickled(text: bytes) -> Any:
+    """What was pickled; `Unreadable` if that cannot be read here."""
     try:
         return pickle.loads(text)
     except BaseException as error:  # whatever reading calls: it must not end a thread

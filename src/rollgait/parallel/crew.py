@@ -6,13 +6,12 @@ for ever. Here each has pipes of its own.
 
 from __future__ import annotations
 
-import pickle
 import queue
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Final, TypeVar
 
-from rollgait.child import Child, Unreadable
+from rollgait.child import Child, Unreadable, unpickled
 from rollgait.errors import RollgaitError
 from rollgait.parallel.messages import Begun, Done, Failed, Ready
 from rollgait.parallel.threads import ONE_THREAD
@@ -67,10 +66,7 @@ def _result(answer: Done | Failed | Unreadable) -> Any:
 
 def _error(failed: Failed) -> Exception:
     """What a job raised; in words, if it is of a kind that cannot be read."""
-    try:
-        found = None if failed.error is None else pickle.loads(failed.error)
-    except Exception:
-        found = None
+    found = None if failed.error is None else unpickled(failed.error)
     return found if isinstance(found, Exception) else RollgaitError(failed.text)
 
 
