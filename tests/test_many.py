@@ -181,6 +181,30 @@ rg.plan_many(scenarios, workers=2, folder=sys.argv[1])
 """
 
 
+OWN_TERM = """
+import rollgait as rg
+
+class Lean(rg.Cost):
+    name = "lean"
+    def residual(self, x, d):
+        return x.theta[1:]
+
+def to(x):
+    return rg.Scenario(robot="centauro", goal={"x": x}, horizon=1.0, gait={"kind": "drive"})
+
+scenarios = {"near": to(0.1), "far": to(0.2)}
+for outcome in rg.plan_many(scenarios, workers=2, terms=[Lean(weight=2.0)], kernels=False, quiet=True):
+    assert outcome.certified, outcome.error
+    assert "lean" in outcome.plan.statistics.costs
+"""
+
+
+def test_terms_of_a_script_go_to_workers() -> None:
+    """They are known nowhere else, and there is no `if __name__ == "__main__"`."""
+    done = subprocess.run([sys.executable, "-c", OWN_TERM], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_dask_cluster_carries_the_same_call() -> None:
     with dask_cluster():
         outcomes = rg.plan_many(GOOD)

@@ -93,10 +93,11 @@ class Cost(ABC):
     terminal: ClassVar[bool] = False
     structure: tuple[Hashable, ...] = ()
 
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        super().__init_subclass__(**kwargs)
+    def __new__(cls, *_: Any, **__: Any) -> Self:
+        # not as the class is made: one of a script is made in a worker before it has its methods
         if cls.residual is Cost.residual and cls.expression is Cost.expression:
             raise TypeError(f"{cls.__name__} must define residual or expression")
+        return super().__new__(cls)
 
     def __init__(self, weight: float = 1.0) -> None:
         self.weight = float(weight)
