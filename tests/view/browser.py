@@ -106,6 +106,20 @@ def settled(page: Any, tries: int = 100) -> NDArray[np.float64]:
     raise AssertionError("the picture does not come to rest")
 
 
+def at_rest(page: Any, part: Any, lies: Callable[[dict[str, float]], bool]) -> None:
+    """Waits until a part of a page lies where it belongs, and still does when the page has drawn again.
+
+    Controls of a phone slide in from below once the page is there.
+    """
+
+    def rests() -> bool:
+        before = part.bounding_box()
+        page.evaluate(DRAWN)
+        return before is not None and lies(before) and part.bounding_box() == before
+
+    wait_until(rests)
+
+
 def wait_until(true: Callable[[], bool], seconds: float = PATIENCE / 1000) -> None:
     """Waits until something is true."""
     end = time.monotonic() + seconds

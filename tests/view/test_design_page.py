@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from tests.view.browser import SIZE, near, needs_chromium, seen, wait_until
+from tests.view.browser import SIZE, at_rest, near, needs_chromium, seen, wait_until
 
 from rollgait.plan.plan import Plan  # isort: skip  # the line above skips where viser is absent
 from rollgait.scenario import Scenario, find_scenario  # isort: skip
@@ -330,9 +330,8 @@ def test_a_phone_shows_design_and_goal_in_its_colours(page: Any, viewer: Viewer,
         phone.emulate_media(color_scheme=scheme)
         phone.goto(viewer.url)
         button = phone.get_by_role("button", name="Plan", exact=True)
-        box = button.bounding_box()
-        assert box["width"] > 350
-        assert 420 < box["y"] < 700  # in the lower half, without scrolling
+        # in the lower half, without scrolling
+        at_rest(phone, button, lambda box: box["width"] > 350 and 420 < box["y"] < 700)
         wide = phone.evaluate("document.documentElement.scrollWidth")
         assert wide <= 390
 

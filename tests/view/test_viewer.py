@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.view.browser import PATIENCE, centre, near, needs_chromium, seen, settled, wait_until
+from tests.view.browser import PATIENCE, at_rest, centre, near, needs_chromium, seen, settled, wait_until
 
 from rollgait.cli.app import run  # isort: skip  # the line above skips where viser is absent
 from rollgait.errors import InputError  # isort: skip
@@ -275,9 +275,8 @@ def test_a_phone_has_controls_of_its_own_width_in_its_own_colours(
         phone.get_by_text(viewer.clip.name).first.wait_for()
         assert phone.title() == "rollgait"
         button = phone.get_by_role("button", name="Play", exact=True)
-        box = button.bounding_box()
-        assert box["width"] > 350
-        assert box["y"] > 420  # the upper half is the picture's
+        # the upper half is the picture's
+        at_rest(phone, button, lambda box: box["width"] > 350 and box["y"] > 420)
         background = phone.evaluate("getComputedStyle(document.body).backgroundColor")
         brightness = sum(int(part) for part in re.findall(r"\d+", background)[:3]) / 3.0
         assert (brightness < 100.0) == (scheme == "dark")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
@@ -86,19 +87,16 @@ def aim(server: viser.ViserServer, clip: Clip) -> None:
     begin.fov = float(FIELD_OF_VIEW)
 
 
-def fit(client: viser.ClientHandle, clip: Clip) -> None:
-    """Moves the camera of a browser whose picture is narrow, so that all of the way is in sight as well.
+def fit(server: viser.ViserServer, camera: Callable[[], Camera]) -> None:
+    """Moves the camera of each browser that comes with a narrow picture: all is in sight there, too."""
 
-    Is called when a browser has connected, in a thread of its own.
-    """
-    fit_camera(client, camera_of(clip))
+    def come(client: viser.ClientHandle) -> None:  # in a thread of its own
+        time.sleep(SETTLED)
+        still_there = client.client_id in server.get_clients()
+        if still_there and client.camera.aspect < WIDE:
+            place(client, camera())
 
-
-def fit_camera(client: viser.ClientHandle, camera: Camera) -> None:
-    """The same for any camera: where the picture is narrow it is moved."""
-    time.sleep(SETTLED)
-    if client.camera.aspect < WIDE:
-        place(client, camera)
+    server.on_client_connect(come)
 
 
 def look_at(client: viser.ClientHandle, clip: Clip) -> None:

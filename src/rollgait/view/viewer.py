@@ -22,7 +22,7 @@ from rollgait.plan.plan import Plan
 from rollgait.scenario import Scenario, find_scenario, scenario_names
 from rollgait.terrain.mesh import window_around
 from rollgait.tracking import JointTrajectory
-from rollgait.view.camera import aim, fit, look_at
+from rollgait.view.camera import aim, camera_of, fit, look_at
 from rollgait.view.clip import Clip, clip_of_plan
 from rollgait.view.design.designer import Designer
 from rollgait.view.design.files import file_name, scenario_file, scenario_from_page
@@ -231,7 +231,7 @@ class Viewer:
         add_keys(gui, KEYS)
         add_lights(self.server.scene)
         cast_shadows(self.server.scene, False)
-        self.server.on_client_connect(lambda client: fit(client, self.clip))
+        fit(self.server, lambda: camera_of(self.clip))
 
     def _build_plots(self, gui: viser.GuiApi, tabs: Any) -> None:
         with tabs.add_tab("Plots") as tab:

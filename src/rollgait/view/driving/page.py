@@ -14,7 +14,7 @@ from rollgait.errors import RollgaitError
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.settings import CommandLimits
 from rollgait.robot.library import find_robot
-from rollgait.view.camera import FIELD_OF_VIEW, Camera, fit_camera
+from rollgait.view.camera import FIELD_OF_VIEW, Camera, fit
 from rollgait.view.clip import FRAME_RATE
 from rollgait.view.driving.endpoint import Endpoint
 from rollgait.view.driving.hands import Hands
@@ -90,7 +90,7 @@ class DrivePage:
         camera = Camera(height * np.array(BEHIND), np.array([0.0, 0.0, 0.8 * height]))
         begin.look_at, begin.position = camera.look_at, camera.position
         begin.up, begin.fov = (0.0, 0.0, 1.0), float(FIELD_OF_VIEW)
-        self._server.on_client_connect(lambda client: fit_camera(client, camera))
+        fit(self._server, lambda: camera)
 
     def _run(self, loop: LoopProcess) -> None:
         """Asks and shows, frame by frame. The loop goes on at its own pace meanwhile."""
