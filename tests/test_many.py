@@ -159,11 +159,11 @@ def test_ctrl_c_keeps_what_is_there(tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         env=environment,
     )
-    deadline = time.monotonic() + 240.0  # on a new machine kernels are compiled first
-    while not list(tmp_path.glob("goal*.npz")) and time.monotonic() < deadline:
+    while not list(tmp_path.glob("goal*.npz")):  # on a new machine kernels are compiled first
+        assert process.poll() is None
         time.sleep(0.05)
     os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60.0)
+    _, errors = process.communicate(timeout=300.0)
     assert b"KeyboardInterrupt" in errors
     assert process.returncode != 0
     files = list(tmp_path.iterdir())

@@ -4,6 +4,7 @@ import socket
 from pathlib import Path
 
 import pytest
+from tests.domain import DOMAIN
 
 from rollgait.cli.app import run
 from rollgait.errors import MissingExtraError
@@ -52,7 +53,7 @@ def test_a_port_in_use_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> No
         taken.bind(("127.0.0.1", 0))
         taken.listen()
         port = str(taken.getsockname()[1])
-        assert run(["bridge", "--domain", "95", "--foxglove", "--foxglove-port", port]) == 2
+        assert run(["bridge", "--domain", str(DOMAIN), "--foxglove", "--foxglove-port", port]) == 2
     shown = capsys.readouterr()
     assert f"foxglove-port: {port} cannot be listened on" in shown.err
     assert len(shown.err.strip().splitlines()) == 1
@@ -73,7 +74,7 @@ def test_a_robot_cannot_be_put_where_nobody_can_stand(
 @pytest.mark.slow
 def test_nobody_to_talk_to_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("cyclonedds", reason="the extra 'ros' is not installed")
-    assert run(["bridge", "--domain", "95", "--seconds", "4", "--no-kernels"]) == 0
+    assert run(["bridge", "--domain", str(DOMAIN), "--seconds", "4", "--no-kernels"]) == 0
     assert (
         "nothing comes on /joint_states; nothing comes on /imu; nothing comes on /odom"
         in capsys.readouterr().out
@@ -83,7 +84,7 @@ def test_nobody_to_talk_to_is_said(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.slow
 def test_a_robot_that_nobody_enables_stays_off(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("cyclonedds", reason="the extra 'ros' is not installed")
-    arguments = ["--simulate", "--slow", "5", "--domain", "95", "--seconds", "0.5", "--no-kernels"]
+    arguments = ["--simulate", "--slow", "5", "--domain", str(DOMAIN), "--seconds", "0.5", "--no-kernels"]
     assert run(["bridge", *arguments]) == 0
     said = capsys.readouterr().out
     assert "waits for /enable" in said

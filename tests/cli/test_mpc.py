@@ -181,10 +181,10 @@ def test_ctrl_c_still_tells_what_was_run(folder: Path) -> None:
     )
     os.close(slave)
     seen, begin = b"", time.monotonic()
-    while b"running" not in seen and time.monotonic() - begin < 60.0:
+    while b"running" not in seen and time.monotonic() - begin < 600.0:
         seen += os.read(master, 1000)
     process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=60.0)
+    out, _ = process.communicate(timeout=300.0)
     os.close(master)
     assert process.returncode == 130
     assert "missed deadlines" in out

@@ -178,7 +178,7 @@ def test_ctrl_c_leaves_nothing(solver: str, folder: Path) -> None:
 
 def test_ctrl_c_while_the_commands_are_loaded_is_told_in_a_line() -> None:
     done = subprocess.run(
-        [sys.executable, "-c", CTRL_C_AT_ONCE], capture_output=True, text=True, check=False, timeout=60
+        [sys.executable, "-c", CTRL_C_AT_ONCE], capture_output=True, text=True, check=False, timeout=300
     )
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr == "error: stopped by Ctrl-C; no file is left half-written\n"

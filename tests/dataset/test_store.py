@@ -220,14 +220,14 @@ def test_a_killed_run_goes_on_where_it_was(tmp_path: Path, end: signal.Signals) 
         stderr=subprocess.DEVNULL,
         env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
     )
-    deadline = time.monotonic() + 240.0
-    while len(list(rows.glob("row*"))) < 4 and time.monotonic() < deadline:
+    while len(list(rows.glob("row*"))) < 4:
+        assert process.poll() is None
         time.sleep(0.02)
     if end is signal.SIGKILL:
         process.kill()
     else:
         os.killpg(process.pid, end)
-    assert process.wait(60.0) != 0
+    assert process.wait(300.0) != 0
     there = rg.Dataset(tmp_path / "many")
     before = there.table(["seconds"]).to_pydict()
     assert 4 <= len(before["row"]) < 60

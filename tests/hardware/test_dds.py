@@ -18,10 +18,10 @@ from rollgait.ros.topics import JOINT_STATES
 
 pytest.importorskip("cyclonedds", reason="the extra 'ros' is not installed")
 from rollgait.hardware.transports.dds import DdsTransport, domain_of, idl_type, mangled, topic_name
+from tests.domain import DOMAIN
 from tests.hardware.own_types import Header, Imu, JointState, Quaternion, Time, Vector3
 
-DOMAIN = 93
-WITHIN = 30.0
+WITHIN = 300.0
 ROW = np.array([0.5, -1.5, 2.5])
 STATE = joint_state(7 * 10**9 + 5, ["hip", "knee", "wheel"], ROW, 2.0 * ROW, 3.0 * ROW)
 SENSED = {
@@ -123,6 +123,8 @@ def _answer(count: int) -> None:
     reader = DataReader(participant, Topic(participant, "rt/joint_states", kind))
     writer = DataWriter(participant, Topic(participant, "rt/joint_commands", kind))
     end = time.monotonic() + WITHIN
+    while not writer.get_matched_subscriptions() and time.monotonic() < end:
+        time.sleep(0.01)
     while count and time.monotonic() < end:
         for state in reader.take(10):
             state.position = [2.0 * value for value in state.position]

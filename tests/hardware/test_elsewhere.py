@@ -22,9 +22,9 @@ pytest.importorskip("cyclonedds", reason="the extra 'ros' is not installed")
 from rollgait.hardware.transports.dds import DdsTransport
 from rollgait.hardware.transports.elsewhere import WAITING_MAX, Elsewhere, TransportProcess
 from rollgait.hardware.transports.reach import Reach
+from tests.domain import DOMAIN
 
-DOMAIN = 91
-WITHIN = 30.0
+WITHIN = 300.0
 ROW = np.array([1.0, -2.0])
 STATE = encoded(JOINT_STATES, joint_state(5, ["a", "b"], ROW, ROW))
 MESSAGE_DATA = 1
@@ -94,7 +94,9 @@ def test_foxglove_is_served_from_there_too() -> None:
     try:
         assert pair.process.said[0] == f"ROS 2 on domain {DOMAIN}"
         url = pair.process.said[1].removeprefix("Foxglove: ")
-        with client_of.connect(url, subprotocols=["foxglove.sdk.v1"], compression=None) as client:
+        with client_of.connect(
+            url, subprotocols=["foxglove.sdk.v1"], compression=None, open_timeout=WITHIN
+        ) as client:
             channel: Any = None
             while channel is None:
                 message = json.loads(client.recv(timeout=WITHIN))

@@ -27,7 +27,7 @@ from rollgait.hardware.transports.foxglove import FoxgloveTransport
 
 FOLDER = Path(__file__).parent / "foxglove_client"
 NODE = shutil.which("node")
-WITHIN = 60.0
+WITHIN = 300.0
 ROW, QUATERNION = np.array([1.0, -2.0, 0.5]), np.array([0.0, 0.0, 0.6, 0.8])
 NAMES = ["a", "b", "c"]
 POSE = Pose("odom", "base_link", ROW, QUATERNION)

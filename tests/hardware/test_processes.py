@@ -22,11 +22,13 @@ from rollgait.hardware.postures import RiseSettings
 from rollgait.hardware.robot_process import RobotProcess, RobotSetup
 from rollgait.hardware.transports.dds import DdsTransport
 from rollgait.hardware.transports.transport import Slowed
+from tests.domain import DOMAIN
 
-DOMAIN = 94
 SLOW = 10.0
 WITHIN = 30.0
 """s of the robot's time."""
+PATIENCE = 1.0
+"""With a peer that is busy, s of the robot's time."""
 ROWS = 30
 """Of the truth, 0.01 s apart, in which a robot that stands is at rest."""
 STILL = 0.1
@@ -41,7 +43,8 @@ class Pair:
     def __init__(self, mpc: Mpc) -> None:
         self.robot = RobotProcess(RobotSetup("centauro", DOMAIN, tells_truth=True, slow=SLOW, stands=True))
         self.transport = Slowed(DdsTransport(DOMAIN), SLOW)
-        settings = BridgeSettings(rise=RiseSettings(settle=0.1))
+        patient = dict.fromkeys(("state_timeout", "command_timeout"), PATIENCE)
+        settings = BridgeSettings(rise=RiseSettings(settle=0.1), **patient)
         self.bridge = Bridge(mpc, self.transport, clock=self.transport.clock, settings=settings)
         self.hand = DdsTransport(DOMAIN)
         self.hand.advertise([ENABLE, VELOCITY])

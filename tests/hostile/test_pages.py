@@ -300,7 +300,7 @@ def test_what_is_never_finished_is_forgotten(
         return begin(upload, start)
 
     monkeypatch.setattr(uploads.Upload, "begin", watched)
-    monkeypatch.setattr(connections, "UPLOAD_SILENCE", 3600.0 if leaves else 0.5)
+    monkeypatch.setattr(connections, "UPLOAD_SILENCE", 3600.0)
     with socket_from(shown.server.get_port(), shown.url) as page:
         page.send(msgspec.msgpack.encode(start_of(shown, 8 * 2**18, 8)))
         for number in range(7):
@@ -308,6 +308,8 @@ def test_what_is_never_finished_is_forgotten(
         until(lambda: held and len(held[0]._parts) == 7)
         assert not shown.server.gui._current_file_upload_states
         if not leaves:
+            monkeypatch.setattr(connections, "UPLOAD_SILENCE", 0.1)
+            page.send(msgspec.msgpack.encode(camera()))  # its last word
             until(lambda: not held[0].unfinished)
     until(lambda: not held[0].unfinished and not held[0]._parts)
 

@@ -159,6 +159,7 @@ def test_a_terrain_is_designed_planned_saved_opened_again_and_exported(
     press(page, "Copy as Python")
     page.get_by_text("Copied").wait_for()
     names: dict[str, Any] = {}
+    wait_until(lambda: "plan = " in page.evaluate("navigator.clipboard.readText()"))
     exec(page.evaluate("navigator.clipboard.readText()").partition("plan = ")[0], names)
     assert names["scenario"].resolved() == designed
 

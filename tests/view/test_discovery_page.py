@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.view.browser import centre, near, needs_chromium, seen, wait_until
+from tests.view.browser import centre, near, needs_chromium, picture, seen, wait_until
 
 from rollgait.plan.plan import CandidateResult, Plan  # isort: skip  # the line above skips where viser is absent
 from rollgait.planner import plan  # isort: skip
@@ -82,6 +82,7 @@ def test_who_lets_the_goal_go_sees_how_to_get_there(sheet: Any, viewer: Viewer) 
     panel = viewer.designer.panel
     assert panel.gait.gait.value == "discover"
     assert panel.places.goal.value == (2.2, 0.0, 0.0)
+    wait_until(lambda: near(picture(sheet), GIZMO_X, 0.25).any())
     x, y = centre(near(seen(sheet, viewer.server), GIZMO_X, 0.25))
     sheet.mouse.move(x, y)
     sheet.mouse.down()

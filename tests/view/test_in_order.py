@@ -99,5 +99,6 @@ def test_nothing_is_shown_over_what_waits_to_be_taken(shown: Viewer) -> None:
         assert box.value == 0.75
         free.set()
         until(lambda: shown.designer.draft.scenario.ground.friction == 0.75)
+        shown.server.in_order.submit(lambda: None).result()
     show_values([(box, before)])
     assert box.value == before

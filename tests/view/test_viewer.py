@@ -13,7 +13,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.view.browser import PATIENCE, at_rest, centre, near, needs_chromium, seen, settled, wait_until
+from tests.view.browser import (
+    PATIENCE,
+    at_rest,
+    centre,
+    near,
+    needs_chromium,
+    picture,
+    seen,
+    settled,
+    wait_until,
+)
 
 from rollgait.cli.app import run  # isort: skip  # the line above skips where viser is absent
 from rollgait.errors import InputError  # isort: skip
@@ -59,7 +69,7 @@ def scrub(page: Any, viewer: Viewer, to: float) -> NDArray[np.float64]:
     def is_there() -> bool:
         """A new motion brings a new box: what was written into the old one is lost."""
         if abs(viewer.timeline.time - to) < 2e-3:
-            return True
+            return viewer.scene is not None and viewer.scene.index == viewer.clip.frame(to)
         box = page.locator("input[inputmode=decimal]").first
         box.fill(f"{to:g}")
         box.press("Enter")
@@ -122,6 +132,7 @@ def test_a_layer_can_be_switched_off(page: Any, viewer: Viewer) -> None:
 def test_drag_the_goal_plan_and_see_the_new_path(page: Any, viewer: Viewer, tmp_path: Path) -> None:
     scrub(page, viewer, 0.0)
     page.get_by_role("tab", name="Design").click()
+    wait_until(lambda: near(picture(page), GIZMO_X, 0.25).any())
     before = seen(page, viewer.server)
     x, y = centre(near(before, GIZMO_X, 0.25))
     page.mouse.move(x, y)
@@ -179,6 +190,8 @@ def test_what_is_in_the_way_is_said_and_what_would_help_can_be_taken_up(page: An
     page.get_by_text("In the way:").wait_for(state="hidden")
     page.get_by_role("button", name="Plan", exact=True).click()
     wait_until(lambda: viewer.clip is not shown)
+    page.get_by_text("solved in").wait_for()
+    wait_until(lambda: viewer.timeline.playing)
     assert viewer.clip.passed
     viewer.timeline.pause()
 

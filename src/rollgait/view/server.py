@@ -26,6 +26,8 @@ __all__ = ["LOOPBACK", "PORT", "Server", "check_address", "start_server", "stop_
 
 PORT: Final = 8080
 PORT_MAX: Final = 65535
+TRIES: Final = 5
+"""How often a free port is looked for: another program may take it before it is used."""
 
 
 class Server(viser.ViserServer):
@@ -95,12 +97,7 @@ def start_server(host: str, port: int, title: str) -> Server:
     Raises:
         InputError: the port or the host cannot be had.
     """
-    port = check_address(host, port)
-    with _quiet():  # viser prints a table of its addresses
-        server = Server(host, port, title)
-    if server.get_port() != port:  # taken in between: viser goes on to the next one
-        stop_server(server)
-        raise _taken(port)
+    server = _listening(host, port, title)
     server.gui.configure_theme(
         show_logo=False,
         show_share_button=False,
@@ -109,6 +106,19 @@ def start_server(host: str, port: int, title: str) -> Server:
     )
     server.gui.main_panel.dock_right()
     return server
+
+
+def _listening(host: str, port: int, title: str) -> Server:
+    """A server at exactly this port; for 0 at one that nobody else has taken before it listened there."""
+    tries = TRIES if port == 0 else 1
+    for _ in range(tries):
+        free = check_address(host, port)
+        with _quiet():  # viser prints a table of its addresses
+            server = Server(host, free, title)
+        if server.get_port() == free:
+            return server
+        stop_server(server)  # taken in between: viser goes on to the next one
+    raise _taken(free)
 
 
 def stop_server(server: Any) -> None:
