@@ -33,6 +33,7 @@ from rollgait.dataset import Sampler
 from rollgait.dataset.columns import CERTIFIED
 from rollgait.dataset.running import Worker
 from rollgait.dataset.spec import Spec
+from rollgait.parallel import DASK_SETTINGS
 
 HERE = Path(__file__).resolve()
 SPEC = HERE.with_name("mixed_motions.yaml")
@@ -204,9 +205,11 @@ def resident(pid: int) -> float:
 def carried(engine: str) -> Iterator[None]:
     """Inside, joblib's work is done by an engine with `WORKERS` workers."""
     if engine == "dask":
+        import dask
         from dask.distributed import Client, LocalCluster
 
         with (
+            dask.config.set(DASK_SETTINGS),
             LocalCluster(n_workers=WORKERS, threads_per_worker=1, dashboard_address=":0") as cluster,
             Client(cluster),
             joblib.parallel_config(backend="dask"),

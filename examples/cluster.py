@@ -7,11 +7,13 @@ python examples/cluster.py [folder]     (writes into ./out if no folder is given
 import sys
 from pathlib import Path
 
+import dask
 import joblib
 import numpy as np
 from dask.distributed import Client, LocalCluster
 
 import rollgait as rg
+from rollgait.parallel import DASK_SETTINGS
 
 GOALS = 8
 
@@ -28,6 +30,7 @@ def main(folder: Path) -> None:
         )
     }
     with (
+        dask.config.set(DASK_SETTINGS),
         LocalCluster(
             n_workers=2,
             threads_per_worker=1,

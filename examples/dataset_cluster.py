@@ -14,6 +14,7 @@ import joblib
 
 import rollgait as rg
 from rollgait.dataset import Spec
+from rollgait.parallel import DASK_SETTINGS
 
 SPEC = Spec.from_dict(
     {
@@ -29,10 +30,12 @@ SPEC = Spec.from_dict(
 
 
 @contextmanager
-def dask() -> Iterator[None]:
+def on_dask() -> Iterator[None]:
+    import dask
     from dask.distributed import Client, LocalCluster
 
     with (
+        dask.config.set(DASK_SETTINGS),
         LocalCluster(
             n_workers=2,
             threads_per_worker=1,
@@ -45,7 +48,7 @@ def dask() -> Iterator[None]:
 
 
 @contextmanager
-def ray() -> Iterator[None]:
+def on_ray() -> Iterator[None]:
     ray = import_module("ray")  # no extra of rollgait brings it: pip install ray
     ray.init(num_cpus=2, include_dashboard=False)
     import_module("ray.util.joblib").register_ray()
@@ -54,7 +57,7 @@ def ray() -> Iterator[None]:
 
 
 def main(folder: Path, engine: str) -> None:
-    with ray() if engine == "ray" else dask():
+    with on_ray() if engine == "ray" else on_dask():
         library = rg.plan_dataset(SPEC, folder / "library")
     print(library)
     print(library.stats().statuses)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from itertools import islice
 from typing import Final, TypeVar
 
+from rollgait.parallel.cluster import DASK_SETTINGS as DASK_SETTINGS
 from rollgait.parallel.cluster import Dask, Ray, results_of_cluster
 from rollgait.parallel.crew import results_of_crew
 from rollgait.parallel.threads import one_thread as one_thread
