@@ -31,7 +31,7 @@ demo: $(READY) ## Find how CENTAURO drives to a kerb, steps up and drives on; dr
 	  "rollgait show $(DEMO) > my.yaml" "start one of your own"
 
 test: $(READY) ## Run the tests.
-	@$(BIN)/python -m pytest -q -n $(WORKERS)
+	@$(BIN)/python -m pytest -q -n $(WORKERS) --dist loadfile
 
 lint: $(READY) ## Check style, types (those of README, docs and examples, too) and the tables in docs/.
 	@$(BIN)/ruff check

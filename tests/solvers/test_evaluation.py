@@ -16,7 +16,7 @@ from rollgait.mpc.settings import MpcSettings
 from rollgait.ocp.problem import make_problem
 from rollgait.scenario.scenario import Scenario
 from rollgait.solvers import compiled_evaluation, fatrop_direct
-from rollgait.solvers.fatrop import OPTIONS, WARM_OPTIONS
+from rollgait.solvers.fatrop import OPTIONS, REPAIR_OPTIONS, WARM_OPTIONS
 from rollgait.solvers.fatrop_direct import DirectFatrop
 from rollgait.solvers.fatrop_evaluation import Evaluation
 from rollgait.transcription import transcribe
@@ -38,7 +38,8 @@ def solvers(planned: Transcribed) -> tuple[DirectFatrop, DirectFatrop]:
     structure = planned.structure
     assert structure is not None
     by_numpy, in_c = (
-        DirectFatrop(planned.nlp, structure, OPTIONS, WARM_OPTIONS, kernels) for kernels in (False, True)
+        DirectFatrop(planned.nlp, structure, OPTIONS, WARM_OPTIONS, REPAIR_OPTIONS, kernels)
+        for kernels in (False, True)
     )
     assert type(by_numpy._engine.evaluation) is Evaluation
     assert isinstance(in_c._engine.evaluation, compiled_evaluation.CompiledEvaluation)

@@ -5,11 +5,13 @@ from typing import Any
 
 import pytest
 
+from rollgait.view import event_loop
+
 
 @pytest.fixture(autouse=True)
 def a_busy_machine_tears_no_frame(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is told to a page in one go is waited for, however long it takes."""
-    monkeypatch.setattr("rollgait.view.event_loop.PATIENCE", 300.0)
+    monkeypatch.setattr(event_loop, "PATIENCE", 300.0)
 
 
 @pytest.fixture(scope="module")

@@ -38,12 +38,16 @@ OPTIONS: dict[str, Any] = {
     "tol": 1e-5,
     "max_iter": 300,
     "mu_init": 0.1,
+    "bound_push": 1e-2,  # fatrop's own; told, as it keeps what a warm start told it
     "kappa_wmin": 0.1,  # lets the regularisation decay faster
 }
 
 
-WARM_OPTIONS: dict[str, Any] = {"mu_init": 1e-2}
-"""For a guess near the solution: the barrier starts low, or it would push the guess away from its bounds."""
+WARM_OPTIONS: dict[str, Any] = {"mu_init": 1e-3, "bound_push": 1e-4}
+"""For a guess near the solution: the barrier starts low, and near its bounds the guess may be, or it would be
+pushed away from what it has right."""
+REPAIR_OPTIONS: dict[str, Any] = WARM_OPTIONS | {"mu_init": 1e-2}
+"""The same where one iteration has to do: with a lower barrier its step is cut short more often."""
 
 OUTPUTS = {"nlp_grad_f": ("grad_f_x",), "nlp_hess_l": ("grad_gamma_x", "hess_gamma_x_x")}
 """Names of outputs where this plugin asks for others than the rest do."""
@@ -68,7 +72,7 @@ def make_solver(transcribed: Solvable, kernels: bool = True) -> Fatrop | DirectF
     if kernels:
         use_fast_products()
     try:
-        return DirectFatrop(transcribed.nlp, structure, OPTIONS, WARM_OPTIONS, kernels)
+        return DirectFatrop(transcribed.nlp, structure, OPTIONS, WARM_OPTIONS, REPAIR_OPTIONS, kernels)
     except InterfaceError as error:
         if not ca.has_nlpsol("fatrop"):
             raise InputError("solver", "fatrop", "is not part of this CasADi", ["ipopt"]) from None

@@ -28,7 +28,8 @@ class DirectFatrop:
 
     Args:
         nlp, structure: the problem.
-        options, warm_options: of fatrop; the latter for a guess near the solution.
+        options, warm_options, repair_options: of fatrop; the second for a guess near the solution, the last
+            where in addition there is a `repair`.
         kernels: whether what evaluates the problem is compiled, where there is a compiler.
 
     Raises:
@@ -45,12 +46,15 @@ class DirectFatrop:
         structure: Structure,
         options: Options,
         warm_options: Options,
+        repair_options: Options,
         kernels: bool = False,
     ) -> None:
         self.nlp = nlp
         self.linear_algebra = linear_algebra()
         compiled = library() if kernels else None
-        self._make_engine = partial(FatropEngine, nlp, structure, options, warm_options, compiled)
+        self._make_engine = partial(
+            FatropEngine, nlp, structure, options, warm_options, repair_options, compiled
+        )
         self._engine = self._make_engine()
 
     def solve(

@@ -67,7 +67,8 @@ class FatropEngine:
 
     Args:
         nlp, structure: the problem.
-        options, warm_options: of fatrop; the latter for a guess near the solution.
+        options, warm_options, repair_options: of fatrop; the second for a guess near the solution, the last
+            where in addition there is a `repair`.
         compiled: functions in C that evaluate the problem, if there are any.
 
     Attributes:
@@ -81,9 +82,11 @@ class FatropEngine:
         structure: Structure,
         options: Options,
         warm_options: Options,
+        repair_options: Options,
         compiled: ctypes.CDLL | None = None,
     ) -> None:
-        self.nlp, self._options, self._warm_options = nlp, options, warm_options
+        self.nlp, self._options = nlp, options
+        self._warm_options, self._repair_options = warm_options, repair_options
         self._library = c.library()
         self._rows = Rows(nlp, structure)
         self._guess: Array = np.zeros(nlp.size)
@@ -141,7 +144,8 @@ class FatropEngine:
         self.evaluation.begin()
         self._rows.load_bounds()
         self._budget = Budget(until, iterations, repair)
-        self._set_options(self._options | (self._warm_options if warm else {}))
+        near = self._warm_options if repair is None else self._repair_options
+        self._set_options(self._options | (near if warm else {}))
         self._watch.estimates = repair is None
         if repair is not None:  # as nobody finds others
             multipliers = self._library.fatrop_ocp_c_get_dual(self._solver).contents
