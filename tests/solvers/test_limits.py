@@ -65,6 +65,17 @@ def test_a_warm_solve_leaves_nothing_to_a_cold_one(
     np.testing.assert_array_equal(again.w, first.w)
 
 
+def test_one_warm_iteration_from_a_solution_keeps_what_it_has_right(
+    transcribed: Transcribed, guess: np.ndarray
+) -> None:
+    """Forces of a solution lie at their limits: a start that is moved away from those breaks the dynamics."""
+    solver = solver_of("fatrop", transcribed)
+    solution = solver.solve(guess)
+    next_one = solver.solve(solution.w, warm=True, iterations=1)
+    assert next_one.iterations == 1
+    assert solver.violation(next_one.w) < 1e-4
+
+
 @pytest.mark.parametrize("way", WAYS)
 def test_a_limited_solve_leaves_nothing_to_the_next(
     way: str, transcribed: Transcribed, guess: np.ndarray

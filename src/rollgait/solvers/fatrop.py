@@ -44,8 +44,8 @@ OPTIONS: dict[str, Any] = {
 
 
 WARM_OPTIONS: dict[str, Any] = {"mu_init": 1e-3, "bound_push": 1e-4}
-"""For a guess near the solution: the barrier starts low, and near its bounds the guess may be, or it would be
-pushed away from what it has right."""
+"""For a guess near the solution: the barrier starts low, and slacks begin where the guess has them. A
+hundredth off each bound, as fatrop begins, they contradict what the guess has right."""
 REPAIR_OPTIONS: dict[str, Any] = WARM_OPTIONS | {"mu_init": 1e-2}
 """The same where one iteration has to do: with a lower barrier its step is cut short more often."""
 
