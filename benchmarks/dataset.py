@@ -205,7 +205,7 @@ def resident(pid: int) -> float:
 def carried(engine: str) -> Iterator[None]:
     """Inside, joblib's work is done by an engine with `WORKERS` workers."""
     if engine == "dask":
-        import dask
+        import dask.config
         from dask.distributed import Client, LocalCluster
 
         with (

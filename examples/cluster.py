@@ -7,7 +7,7 @@ python examples/cluster.py [folder]     (writes into ./out if no folder is given
 import sys
 from pathlib import Path
 
-import dask
+import dask.config
 import joblib
 import numpy as np
 from dask.distributed import Client, LocalCluster

@@ -31,7 +31,7 @@ SPEC = Spec.from_dict(
 
 @contextmanager
 def on_dask() -> Iterator[None]:
-    import dask
+    import dask.config
     from dask.distributed import Client, LocalCluster
 
     with (
