@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from tests.view.browser import SIZE, at_rest, near, needs_chromium, seen, wait_until
+from tests.view.browser import SIZE, at_rest, caught_up, near, needs_chromium, seen, wait_until
 
 from rollgait.plan.plan import Plan  # isort: skip  # the line above skips where viser is absent
 from rollgait.scenario import Scenario, find_scenario  # isort: skip
@@ -319,6 +319,8 @@ def test_two_runs_are_compared_side_by_side(page: Any, viewer: Viewer) -> None:
     wait_until(lambda: viewer.ghost is not None and viewer.ghost.root.position[1] > 0.5)
     pick(page, "shown", "1  first")
     wait_until(lambda: viewer.clip.name == "first" and viewer.ghost is None)
+    viewer.server.in_order.submit(lambda: None).result()
+    caught_up(page, viewer.server)  # the panel has grown shorter: a click while it does so is lost
     press(page, "Forget this run")
     wait_until(lambda: len(viewer.runs) == 1)
 
