@@ -35,6 +35,8 @@ PATIENCE = 300_000
 pytest.importorskip("viser", reason="the extra 'view' is not installed")
 DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
 """Comes when the page has drawn again."""
+STILL = 300
+"""What has not moved for so long lies still, ms."""
 MARKS = itertools.count()
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
@@ -118,6 +120,20 @@ def at_rest(page: Any, part: Any, lies: Callable[[dict[str, float]], bool]) -> N
         return before is not None and lies(before) and part.bounding_box() == before
 
     wait_until(rests)
+
+
+def click(page: Any, part: Any) -> None:
+    """Clicks on a part of a page that lies still: a click is lost while what is above it grows or folds."""
+
+    def is_still() -> bool:
+        before = part.bounding_box()
+        page.wait_for_timeout(STILL)
+        page.evaluate(DRAWN)
+        return before is not None and part.bounding_box() == before
+
+    part.wait_for()
+    wait_until(is_still)
+    part.click()
 
 
 def wait_until(true: Callable[[], bool], seconds: float = PATIENCE / 1000) -> None:

@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from tests.view.browser import SIZE, at_rest, caught_up, near, needs_chromium, seen, wait_until
+from tests.view.browser import SIZE, STILL, at_rest, caught_up, click, near, needs_chromium, seen, wait_until
 
 from rollgait.plan.plan import Plan  # isort: skip  # the line above skips where viser is absent
 from rollgait.scenario import Scenario, find_scenario  # isort: skip
@@ -66,12 +66,12 @@ def page(viewer: Viewer, sheet: Any) -> Any:
 
 
 def press(page: Any, name: str) -> None:
-    page.get_by_role("button", name=name, exact=True).click()
+    click(page, page.get_by_role("button", name=name, exact=True))
 
 
 def fold(page: Any, name: str) -> None:
     """Opens a folder of the panel."""
-    page.get_by_text(name, exact=True).first.click()  # what is clicked next waits until it rests
+    click(page, page.get_by_text(name, exact=True).first)
 
 
 def written(page: Any, label: str, value: str) -> None:
@@ -93,8 +93,16 @@ def triple(page: Any, label: str, values: tuple[float, float, float]) -> None:
 
 def pick(page: Any, label: str, option: str) -> None:
     """Takes a choice of a list."""
-    page.get_by_label(label, exact=True).locator("visible=true").first.click()
-    page.get_by_role("option", name=option, exact=True).click()
+    wanted = page.get_by_role("option", name=option, exact=True)
+
+    def is_open() -> bool:
+        if not wanted.is_visible():  # a list closes where the panel moves below it
+            click(page, page.get_by_label(label, exact=True).locator("visible=true").first)
+            page.wait_for_timeout(STILL)
+        return bool(wanted.is_visible())
+
+    wait_until(is_open)
+    wanted.click()
 
 
 def upload(page: Any, button: str, file: Path) -> None:
@@ -132,7 +140,7 @@ def test_a_terrain_is_designed_planned_saved_opened_again_and_exported(
     press(page, "↷ redo")
     wait_until(lambda: len(draft().ground.parts) == 2)
     pick(page, "part", "2  block")
-    page.get_by_text("take away").last.click()
+    click(page, page.get_by_text("take away").last)
     wait_until(lambda: len(draft().ground.parts) == 1)
     wait_until(lambda: viewer.designer.selected == Selection("part", 0))
     assert viewer.clip.terrain.height(2.0, 0.0) > 0.03  # the scene stands on what was designed
@@ -284,7 +292,7 @@ def test_loads_boxes_and_terms_left_out_are_designed_saved_and_opened_again(
     wait_until(lambda: draft().bounds.without == ("com_margin",))
     pick(page, "without", "reach")
     wait_until(lambda: draft().bounds.without == ("com_margin", "reach"))
-    page.get_by_label("without com_margin").click()
+    click(page, page.get_by_label("without com_margin"))
     wait_until(lambda: draft().bounds.without == ("reach",))
     press(page, "↶ undo")
     wait_until(lambda: draft().bounds.without == ("com_margin", "reach"))
@@ -315,7 +323,7 @@ def test_two_runs_are_compared_side_by_side(page: Any, viewer: Viewer) -> None:
     page.get_by_text("asked differently").wait_for()
     row = page.get_by_role("row", name="horizon")
     assert row.inner_text().split() == ["horizon", "4", "3"]
-    page.get_by_label("side by side").click()
+    click(page, page.get_by_label("side by side"))
     wait_until(lambda: viewer.ghost is not None and viewer.ghost.root.position[1] > 0.5)
     pick(page, "shown", "1  first")
     wait_until(lambda: viewer.clip.name == "first" and viewer.ghost is None)
