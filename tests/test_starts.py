@@ -107,7 +107,7 @@ def test_the_cheapest_of_several_starts_is_taken_and_all_are_told() -> None:
     solved = [result for result in results if result.solved]
     assert plan.statistics.cost == min(result.cost for result in solved)
     assert plan.statistics.start == min(solved, key=lambda result: result.cost).name
-    assert 0.0 < plan.statistics.solve_time <= sum(result.solve_time for result in results) * 1.05 + 1.0
+    assert 0.0 < plan.statistics.solve_time <= sum(result.solve_time for result in results) * 1.05
     again = rg.plan(asked(), multistart=4, seed=3)
     assert [(r.name, r.cost, r.iterations) for r in again.statistics.starts] == [
         (r.name, r.cost, r.iterations) for r in results

@@ -27,8 +27,6 @@ from tests.domain import DOMAIN
 SLOW = 10.0
 WITHIN = 30.0
 """s of the robot's time."""
-PATIENCE = 1.0
-"""With a peer that is busy, s of the robot's time."""
 ROWS = 30
 """Of the truth, 0.01 s apart, in which a robot that stands is at rest."""
 STILL = 0.1
@@ -43,8 +41,7 @@ class Pair:
     def __init__(self, mpc: Mpc) -> None:
         self.robot = RobotProcess(RobotSetup("centauro", DOMAIN, tells_truth=True, slow=SLOW, stands=True))
         self.transport = Slowed(DdsTransport(DOMAIN), SLOW)
-        patient = dict.fromkeys(("state_timeout", "command_timeout"), PATIENCE)
-        settings = BridgeSettings(rise=RiseSettings(settle=0.1), **patient)
+        settings = BridgeSettings(rise=RiseSettings(settle=0.1))
         self.bridge = Bridge(mpc, self.transport, clock=self.transport.clock, settings=settings)
         self.hand = DdsTransport(DOMAIN)
         self.hand.advertise([ENABLE, VELOCITY])

@@ -72,7 +72,7 @@ def limits() -> Limits:
     """What an idle process takes, and the budget on top."""
     done = subprocess.run([sys.executable, "-c", IDLE], capture_output=True, text=True, check=True)
     memory, cpu = done.stdout.split()
-    return Limits(int(memory) + MEMORY, round(3.0 * float(cpu) + 0.5) + CPU_TIME)
+    return Limits(int(memory) + MEMORY, round(float(cpu) + 0.5) + CPU_TIME)
 
 
 @pytest.fixture

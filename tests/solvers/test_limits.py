@@ -131,7 +131,7 @@ def test_no_iteration_begins_that_would_end_too_late(
     begin = time.perf_counter()
     solution = solver.solve(guess, slow, until=begin + 0.35)
     assert not solution.solved
-    assert solution.iterations <= 3  # none at all where the machine is slow
+    assert 1 <= solution.iterations <= 3
 
 
 # -- more iterations where they are needed -------------------------------------------------------------------

@@ -108,7 +108,7 @@ def settled(page: Any, tries: int = 100) -> NDArray[np.float64]:
     raise AssertionError("the picture does not come to rest")
 
 
-def at_rest(page: Any, part: Any, lies: Callable[[dict[str, float]], bool]) -> None:
+def at_rest(page: Any, part: Any, lies: Callable[[dict[str, float]], bool] = bool) -> None:
     """Waits until a part of a page lies where it belongs, and still does when the page has drawn again.
 
     Controls of a phone slide in from below once the page is there.
@@ -116,23 +116,17 @@ def at_rest(page: Any, part: Any, lies: Callable[[dict[str, float]], bool]) -> N
 
     def rests() -> bool:
         before = part.bounding_box()
+        page.wait_for_timeout(STILL)
         page.evaluate(DRAWN)
         return before is not None and lies(before) and part.bounding_box() == before
 
+    part.wait_for()
     wait_until(rests)
 
 
 def click(page: Any, part: Any) -> None:
     """Clicks on a part of a page that lies still: a click is lost while what is above it grows or folds."""
-
-    def is_still() -> bool:
-        before = part.bounding_box()
-        page.wait_for_timeout(STILL)
-        page.evaluate(DRAWN)
-        return before is not None and part.bounding_box() == before
-
-    part.wait_for()
-    wait_until(is_still)
+    at_rest(page, part)
     part.click()
 
 

@@ -5,14 +5,6 @@ from typing import Any
 
 import pytest
 
-from rollgait.view import event_loop
-
-
-@pytest.fixture(autouse=True)
-def a_busy_machine_tears_no_frame(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is told to a page in one go is waited for, however long it takes."""
-    monkeypatch.setattr(event_loop, "PATIENCE", 300.0)
-
 
 @pytest.fixture(scope="module")
 def sheet(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:

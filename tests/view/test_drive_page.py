@@ -32,8 +32,6 @@ GAMEPAD = """navigator.getGamepads = () => {
     return axes ? [{ connected: true, axes, buttons: [{}, { pressed }] }] : [];
 }"""
 """A browser in a test has no gamepad: this one is moved by the test."""
-HAND_PATIENCE = 5.0
-"""A browser of a busy machine speaks less often than one that holds a key must, s."""
 HELD = 2000
 """How long a key is held, ms."""
 DRIVEN = 0.8
@@ -47,7 +45,6 @@ def drive() -> Iterator[DrivePage]:
     page = DrivePage(
         Setup("centauro", "mujoco", "drive", manoeuvres=manoeuvres_of(find_robot("centauro"))), port=0
     )
-    page.hands._patience = HAND_PATIENCE
     yield page
     page.close()
 
@@ -205,14 +202,8 @@ def test_the_push_button_and_a_click_on_the_body_push(page: Any, drive: DrivePag
 
 def test_a_manoeuvre_is_planned_carried_out_and_stopped_by_a_key(page: Any, drive: DrivePage) -> None:
     begin = place(drive)
-
-    def follows() -> bool:
-        if not drive.snapshot.manoeuvre:  # a page that is slow to speak has let go of it
-            page.get_by_role("button", name="Climb what is ahead").click()
-            page.wait_for_timeout(500)
-        return "following" in drive.snapshot.manoeuvre
-
-    wait_until(follows)
+    page.get_by_role("button", name="Climb what is ahead").click()
+    wait_until(lambda: "following" in drive.snapshot.manoeuvre)
     wait_until(lambda: np.hypot(*(place(drive) - begin)[:2]) > 0.1)
     page.keyboard.press("Space")
     wait_until(lambda: drive.snapshot.manoeuvre == "")

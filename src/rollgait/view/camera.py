@@ -80,9 +80,9 @@ def _rises(clip: Clip) -> bool:
     return bool(len(feet) and plane_of(feet)[2][0] > RISING)
 
 
-def aim(server: viser.ViserServer, clip: Clip) -> None:
+def aim(server: viser.ViserServer, camera: Camera) -> None:
     """Sets the camera with which a browser begins."""
-    camera, begin = camera_of(clip), server.initial_camera
+    begin = server.initial_camera
     begin.look_at, begin.position, begin.up = camera.look_at, camera.position, (0.0, 0.0, 1.0)
     begin.fov = float(FIELD_OF_VIEW)
 

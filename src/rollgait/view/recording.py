@@ -8,7 +8,7 @@ from typing import Final
 
 from rollgait.files import replacing
 from rollgait.robot.robot import LEG_NAMES
-from rollgait.view.camera import aim
+from rollgait.view.camera import aim, camera_of
 from rollgait.view.clip import Clip
 from rollgait.view.layers.layer import GHOST
 from rollgait.view.lights import add_lights
@@ -28,7 +28,7 @@ def record_page(clip: Clip, path: str | Path, ghost: Clip | None = None) -> Path
     """
     server = start_server(LOOPBACK, 0, clip.name)
     try:
-        aim(server, clip)
+        aim(server, camera_of(clip))
         add_lights(server.scene)
         scenes = [Scene(server.scene, "/motion", clip)]
         if ghost is not None:

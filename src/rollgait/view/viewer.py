@@ -94,7 +94,7 @@ class Viewer:
         try:
             self._build_page(clip)
             self.show(clip, ghost)
-            aim(self.server, clip)
+            aim(self.server, camera_of(clip))
         except BaseException:
             self.close()
             raise

@@ -14,7 +14,7 @@ from rollgait.errors import RollgaitError
 from rollgait.mpc.command import VelocityCommand
 from rollgait.mpc.settings import CommandLimits
 from rollgait.robot.library import find_robot
-from rollgait.view.camera import FIELD_OF_VIEW, Camera, fit
+from rollgait.view.camera import Camera, aim, fit
 from rollgait.view.clip import FRAME_RATE
 from rollgait.view.driving.endpoint import Endpoint
 from rollgait.view.driving.hands import Hands
@@ -86,10 +86,8 @@ class DrivePage:
 
     def _aim(self, height: float) -> None:
         """From behind the robot, to its right: forward is away from who drives."""
-        begin = self._server.initial_camera
         camera = Camera(height * np.array(BEHIND), np.array([0.0, 0.0, 0.8 * height]))
-        begin.look_at, begin.position = camera.look_at, camera.position
-        begin.up, begin.fov = (0.0, 0.0, 1.0), float(FIELD_OF_VIEW)
+        aim(self._server, camera)
         fit(self._server, lambda: camera)
 
     def _run(self, loop: LoopProcess) -> None:
